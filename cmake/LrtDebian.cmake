@@ -3,6 +3,8 @@
 #   liblrt0                    lrt, lrt::query, lrt::client and what is beside it: they need no library that lrt does not need
 #   liblrt-urdf0, liblrt-mqtt0, liblrt-protobuf0, liblrt-librdf0 apart: a robot without a description, a broker, messages or models does not install
 #                              XML parsers, libmosquitto, libprotobuf or librdf
+#   liblrt-ros2-0              apart: a robot without ROS 2 does not install Fast DDS
+#   lrt-ros2               the program of that name, apart for the same reason
 #   liblrt-dev, lrt-tools, and a -dbgsym package for each with programs or libraries
 if(NOT BUILD_SHARED_LIBS OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux")
   return()
@@ -77,6 +79,11 @@ if(TARGET lrt_librdf)
                     "This package has the library for models of Redland." "liblrt${LRT_ABI} ${lrt_this_version}")
   string(APPEND lrt_runtimes ", liblrt-librdf${LRT_ABI} ${lrt_this_version}")
 endif()
+if(TARGET lrt_ros2)
+  lrt_debian_binary(lrt_ros2_runtime liblrt-ros2-${LRT_ABI} libs "robots as Linked Robotic Things (ROS 2)"
+                    "This package has the library for ROS 2 graphs." "liblrt${LRT_ABI} ${lrt_this_version}, liblrt-urdf${LRT_ABI} ${lrt_this_version}")
+  string(APPEND lrt_runtimes ", liblrt-ros2-${LRT_ABI} ${lrt_this_version}")
+endif()
 lrt_debian_binary(lrt_dev liblrt-dev libdevel "robots as Linked Robotic Things (development files)"
                   "This package has the headers and the files for CMake and pkg-config." "${lrt_runtimes}")
 set(CPACK_DEBIAN_LRT_DEV_DEBUGINFO_PACKAGE OFF)
@@ -87,7 +94,16 @@ if(TARGET lrt_command)
                     "liblrt${LRT_ABI} ${lrt_this_version}")
   set(CPACK_DEBIAN_LRT_TOOLS_PACKAGE_SUGGESTS python3)
 endif()
+if(TARGET lrt_ros2_command)
+  set(lrt_of_program "liblrt${LRT_ABI} ${lrt_this_version}, liblrt-ros2-${LRT_ABI} ${lrt_this_version}")
+  if(TARGET lrt_mqtt)
+    string(APPEND lrt_of_program ", liblrt-mqtt${LRT_ABI} ${lrt_this_version}")
+  endif()
+  lrt_debian_binary(lrt_ros2_tool lrt-ros2 utils "robots as Linked Robotic Things (program lrt-ros2)"
+                    "This package has the program lrt-ros2, which joins a graph of ROS 2 and\nserves it. It needs no ROS." "${lrt_of_program}")
+endif()
 # dpkg-shlibdeps finds the libraries of one package, which is not installed, for another one.
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/src ${PROJECT_BINARY_DIR}/src/client ${PROJECT_BINARY_DIR}/src/query
+                                                     ${PROJECT_BINARY_DIR}/src/urdf ${PROJECT_BINARY_DIR}/src/mqtt ${PROJECT_BINARY_DIR}/src/ros2)
 
 include(CPack)

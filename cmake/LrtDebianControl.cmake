@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Run by cpack after it has made packages: what it cannot write itself.
 #   - cpack lets scripts of a package with shared libraries call ldconfig; Debian's policy (8.1.1) wants a trigger instead.
-#   - Multi-Arch: libraries and development files of several architectures can be installed together. The command serves packages of each.
+#   - Multi-Arch: libraries and development files of several architectures can be installed together. The programs serve packages of each.
 foreach(deb IN LISTS CPACK_PACKAGE_FILES)
   if(NOT deb MATCHES "\\.deb$")
     continue()
@@ -11,7 +11,7 @@ foreach(deb IN LISTS CPACK_PACKAGE_FILES)
   execute_process(COMMAND dpkg-deb -R ${deb} ${work} COMMAND_ERROR_IS_FATAL ANY)
   file(READ ${work}/DEBIAN/control control)
   set(multi_arch same)
-  if(control MATCHES "(^|\n)Package: lrt-tools\n")
+  if(control MATCHES "(^|\n)Package: (lrt-tools|lrt-ros2)\n")
     set(multi_arch foreign)
   endif()
   string(REGEX REPLACE "(^|\n)(Architecture: [^\n]*\n)" "\\1\\2Multi-Arch: ${multi_arch}\n" control "${control}")

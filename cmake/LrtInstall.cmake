@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(LRT_INSTALL_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/lrt)
 set(LRT_INSTALL_PKGCONFIGDIR ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
-set(LRT_COMPONENTS client check codegen mirror query urdf mqtt protobuf librdf)  # libraries besides lrt itself
+set(LRT_COMPONENTS client check codegen mirror query urdf mqtt protobuf librdf ros2)  # libraries besides lrt itself
 
 # What an archive is linked with, which its user therefore needs: packages for CMake, and modules or libraries for pkg-config. A shared
 # library has found its own.
@@ -42,6 +42,12 @@ if(lrt_type STREQUAL "STATIC_LIBRARY")
   lrt_archive_needs(urdf Tinyxml2 tinyxml2)
   lrt_archive_needs(mqtt Mosquitto libmosquitto)
   lrt_archive_needs(protobuf Libprotobuf protobuf)
+  lrt_archive_needs(ros2 OpenSSL openssl)
+  lrt_archive_needs(ros2 Fastdds)
+  if(TARGET lrt_ros2)
+    find_package(Fastdds QUIET)
+    set(LRT_LIBS_ros2 -l${Fastdds_LIBRARY_TARGET} -lfastcdr)  # Debian has no pkg-config file of it
+  endif()
 endif()
 list(APPEND LRT_NEEDS_librdf Librdf)  # also with a shared library: its header includes redland.h
 
@@ -55,6 +61,7 @@ set(LRT_DESCRIPTION_urdf "Robot descriptions (URDF) as Linked Robotic Things")
 set(LRT_DESCRIPTION_mqtt "Linked Robotic Things on an MQTT broker")
 set(LRT_DESCRIPTION_protobuf "Messages of Protocol Buffers as values of Linked Robotic Things")
 set(LRT_DESCRIPTION_librdf "Models of Redland as graphs of Linked Robotic Things")
+set(LRT_DESCRIPTION_ros2 "ROS 2 graphs as Linked Robotic Things")
 set(LRT_PC_PREFIX "\${pcfiledir}")  # so that an installed tree can be moved
 if(NOT IS_ABSOLUTE "${LRT_INSTALL_PKGCONFIGDIR}")
   file(RELATIVE_PATH up "/p/${LRT_INSTALL_PKGCONFIGDIR}" "/p")
@@ -83,12 +90,14 @@ foreach(library lrt ${LRT_COMPONENTS})
   else()
     set(target lrt_${library})
     set(package lrt_runtime)
-    if(library MATCHES "urdf|mqtt|protobuf|librdf")  # a Debian package of its own: see LrtDebian.cmake
+    if(library MATCHES "urdf|mqtt|protobuf|librdf|ros2")  # a Debian package of its own: see LrtDebian.cmake
       set(package lrt_${library}_runtime)
     endif()
     set(LRT_PC_REQUIRES "lrt = ${PROJECT_VERSION}")
     if(library MATCHES "check|codegen|mirror")
       set(LRT_PC_REQUIRES "lrt-client = ${PROJECT_VERSION}")
+    elseif(library STREQUAL "ros2")
+      set(LRT_PC_REQUIRES "lrt-urdf = ${PROJECT_VERSION}")
     endif()
   endif()
   if(NOT TARGET ${target})
@@ -133,6 +142,14 @@ if(TARGET lrt_command)
   # Where Python of Debian looks below /usr; elsewhere PYTHONPATH names it.
   set(LRT_INSTALL_PYTHONDIR lib/python3/dist-packages CACHE STRING "Where lrt.py is installed, below the prefix")
   install(FILES ${PROJECT_SOURCE_DIR}/tools/python/lrt.py DESTINATION ${LRT_INSTALL_PYTHONDIR} COMPONENT lrt_tools)
+endif()
+if(TARGET lrt_ros2_command)
+  if(lrt_needs_rpath)
+    file(RELATIVE_PATH lrt_libraries ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(lrt_ros2_command PROPERTIES INSTALL_RPATH "\$ORIGIN/${lrt_libraries}")
+  endif()
+  install(TARGETS lrt_ros2_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT lrt_ros2_tool)
+  install(FILES ${PROJECT_SOURCE_DIR}/tools/lrt-ros2/lrt-ros2.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT lrt_ros2_tool)
 endif()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/lrt DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT lrt_dev FILES_MATCHING PATTERN *.hpp)
 install(FILES ${PROJECT_SOURCE_DIR}/src/engine/terms.ttl DESTINATION ${CMAKE_INSTALL_DATADIR}/lrt COMPONENT lrt_dev)

@@ -31,6 +31,7 @@ lrt_optional_part(LRT_MQTT "The library lrt::mqtt, by libmosquitto" ${lrt_auto_o
 lrt_optional_part(LRT_PROTOBUF "The library lrt::protobuf, by libprotobuf" ${lrt_auto_or_off})
 lrt_optional_part(LRT_LIBRDF "The library lrt::librdf, models of Redland, by librdf" ${lrt_auto_or_off})
 lrt_optional_part(LRT_URDF "The library lrt::urdf, by tinyxml2 and Eigen" ${lrt_auto_or_off})
+lrt_optional_part(LRT_ROS2 "The library lrt::ros2, by Fast DDS and toml++; needs LRT_URDF" ${lrt_auto_or_off})
 lrt_optional_part(LRT_ZSTD "Compressed MCAP files of the command lrt, by libzstd" AUTO)
 option(LRT_UNITY_BUILD "Compile the sources of lrt in batches: a faster build from nothing, a slower one of a changed file" ${PROJECT_IS_TOP_LEVEL})
 set(LRT_SANITIZE "" CACHE STRING "Sanitizers for lrt's own targets: address, undefined, thread, a list of them, or nothing")

@@ -3,11 +3,12 @@
 # Installs what lrt needs and this machine lacks, from the distribution's own packages. Does nothing when all is there.
 #
 #   vendor/install.sh          what the library, the lessons and most tests need
-#   vendor/install.sh tests    that, lrt::urdf, lrt::mqtt, lrt::protobuf, lrt::librdf, and the clients of others that some tests use
+#   vendor/install.sh tests    that, lrt::urdf, lrt::mqtt, lrt::protobuf, lrt::librdf, lrt::ros2, and the clients of others that some tests use
 #   vendor/install.sh urdf     what the library needs, and lrt::urdf besides: what examples/run.sh needs
 #   vendor/install.sh mqtt     what the library needs, and lrt::mqtt besides, with a broker. Debian starts it as a service where systemd runs
 #   vendor/install.sh protobuf what the library needs, and lrt::protobuf besides, with the compiler of messages
 #   vendor/install.sh librdf   what the library needs, and lrt::librdf besides, with Redland's storage on SQLite
+#   vendor/install.sh ros2     what the library needs, and lrt::ros2 besides, with the peers of its tests: Cyclone DDS, files of types
 #   vendor/install.sh browser  what the library and most tests need, and the browser for the test of the page
 #   vendor/install.sh proxies  what the library and most tests need, and the reverse proxies and caches of examples/reverse_proxy, examples/fleet_front
 #                              and their tests. Debian starts them as services where systemd runs
@@ -27,7 +28,8 @@ urdf="libtinyxml2-dev"
 mqtt="libmosquitto-dev mosquitto mosquitto-clients"
 protobuf="libprotobuf-dev protobuf-compiler"
 librdf="librdf0-dev librdf-storage-sqlite"
-tests="$urdf $mqtt $protobuf $librdf python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
+ros2="$urdf libfastrtps-dev libfastcdr-dev libtomlplusplus-dev cyclonedds-dev cyclonedds-tools ros2-test-interface-files"
+tests="$urdf $mqtt $protobuf $librdf $ros2 python3 python3-websockets python3-rdflib curl jq openssl libjwt-dev"
 proxies="nginx-light haproxy caddy varnish"
 stores="virtuoso-opensource-7"
 fleet="prometheus"
@@ -44,6 +46,7 @@ for group in "$@"; do
     mqtt) wanted="$wanted $mqtt" ;;
     protobuf) wanted="$wanted $protobuf" ;;
     librdf) wanted="$wanted $librdf" ;;
+    ros2) wanted="$wanted $ros2" ;;
     tests) wanted="$wanted $tests" ;;
     browser) wanted="$wanted $browser" ;;
     proxies) wanted="$wanted python3 python3-websockets openssl $proxies" ;;
@@ -53,7 +56,7 @@ for group in "$@"; do
     cross) wanted="$wanted $cross" ;;
     ci) wanted="$wanted $tests $browser $proxies $stores $fleet $ros $cross $ci" ;;
     *)
-      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [librdf] [tests] [browser] [proxies] [stores] [fleet] [ros] [cross] [ci]" >&2
+      echo "usage: $0 [build] [urdf] [mqtt] [protobuf] [librdf] [ros2] [tests] [browser] [proxies] [stores] [fleet] [ros] [cross] [ci]" >&2
       exit 2
       ;;
   esac

@@ -245,6 +245,14 @@ class LRT_API Action : public model::ResourceHandle<Action, model::ActionSetup> 
   /// As above, with the reason "the robot does not offer it now".
   Action& available(bool yes) noexcept { return available(yes, "the robot does not offer it now"); }
 
+  /// @cond internal
+  /// For libraries: a POST is answered when the invocation has ended, although `f` is asynchronous: it ends soon, as a call of another program.
+  Action& ends_soon() {
+    if (is_editable("ends_soon")) set_ends_soon();
+    return *this;
+  }
+  /// @endcond
+
  private:
   friend class Thing;
   explicit Action(std::shared_ptr<model::ResourceSpec> spec) noexcept : ResourceHandle(std::move(spec)) {}

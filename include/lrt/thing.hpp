@@ -302,6 +302,12 @@ class LRT_API Thing {
   /// @cond internal
   /// For libraries: sets the title that the thing has until the user gives one.
   Thing& default_title(std::string text);
+  /// For libraries: as property<T>(path), for a T whose values are of a type that is made at run time.
+  template <class T>
+  PushedProperty<T> pushed(std::string_view path, const rdf::DynamicType& type, const Unit& unit = unit::none) {
+    if constexpr (detail::checks) report_moved("property");
+    return PushedProperty<T>(new_pushed(path, kept_type(path, type), unit, model::new_slot<T>()));
+  }
   /// For the engine and the server: the part that a World has; nullptr: the thing is not a World.
   const model::WorldSpec* world() const noexcept;
   /// For the server: the description. After the thing was moved from: a new one, whose error add() returns.

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -295,6 +296,9 @@ class LRT_API Robot {
   /// unchanged. Missing velocities and efforts are not published.
   /// @par Time  No lock, no allocation: about 10 us for 50 links (tests/bench/urdf_bench.cpp).
   void publish(Numbers positions, Numbers velocities = {}, Numbers efforts = {}) noexcept;
+  /// The same for numbers that are older than this call: `at` is the time of all values that they change, see
+  /// PushedProperty::publish().
+  void publish(Numbers positions, Numbers velocities, Numbers efforts, std::chrono::system_clock::time_point at) noexcept;
   /// Sets the pose of the child of a floating or planar joint in the joint's frame, for the next publish(). Has no
   /// effect on other joints, and for a pose that is not finite or whose quaternion does not have the length 1 (within
   /// 1e-6).

@@ -186,7 +186,9 @@ void PropertyValues::refresh(Resource& resource, Encodings encodings, Done done,
   const ValueResource* const with_values = resource.values();
   const ValueResource::Reads reads = with_values ? with_values->reads() : ValueResource::Reads::nothing;
   const bool is_of_thing = resource.thing && &resource == &resource.thing->state;  // which is removed with its properties
-  const auto one_done = [join, is_of_thing, tolerates = reads == ValueResource::Reads::readable_values](const Result<void>& result, TimePoint now) {
+  // Shapes are of what is known: a value that cannot be read is no reason to keep them back.
+  const bool tolerates = reads == ValueResource::Reads::readable_values || reads == ValueResource::Reads::known_values;
+  const auto one_done = [join, is_of_thing, tolerates](const Result<void>& result, TimePoint now) {
     const auto is = [&](Errc code) { return result.error().code == code; };
     const bool fails = !result && (!tolerates || is(Errc::timed_out) || (is_of_thing && is(Errc::closed)));
     if (fails && join->result) join->result = result;
@@ -311,7 +313,7 @@ void PropertyValues::start(PropertyResource& property) {
     std::vector<std::size_t> encoders = wanted_encoders(property);
     if (property.spec->slot->has_change()) return take(property, std::move(encoders));
     if (property.is_failing())
-      return end(property, unexpected(Errc::failed, "property \"" + property.path + "\": " + property.failure()), clock_.now());
+      return end(property, unexpected(state.failure_code, "property \"" + property.path + "\": " + property.failure()), clock_.now());
     encode(property, std::nullopt, std::move(encoders));
   });
 }
@@ -357,7 +359,7 @@ void PropertyValues::was_read(PropertyResource& property, Result<model::Reading>
   const Errc code = reading.error().code == Errc::closed ? Errc::failed : reading.error().code;
   const Result<void> failed = unexpected(code, "property \"" + property.path + "\" could not be read: " + reading.error().message);
   if ((state.failure.empty() || !state.waiters.empty()) && options_.log) options_.log(LogLevel::warning, failed.error().message);
-  fail(property, reading.error().message);
+  fail(property, reading.error().message, code);
   end(property, failed, now);
 }
 
@@ -382,10 +384,11 @@ void PropertyValues::take(PropertyResource& property, std::vector<std::size_t> e
 
 void PropertyValues::were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now) {
   if (!samples) {
-    const Result<void> failed =
-        unexpected(samples.error().code, "property \"" + property.path + "\" could not be encoded: " + samples.error().message);
-    if (options_.log) options_.log(LogLevel::warning, failed.error().message);
-    fail(property, samples.error().message);
+    const Result<void> failed = unexpected(samples.error().code, "property \"" + property.path + "\"" +
+                                                                     (samples.error().code == Errc::unavailable ? ": " : " could not be encoded: ") +
+                                                                     samples.error().message);
+    if (!property.is_failing() && options_.log) options_.log(LogLevel::warning, failed.error().message);
+    fail(property, samples.error().message, samples.error().code);
     return end(property, failed, now);
   }
   model::SlotBase& slot = *property.spec->slot;
@@ -476,9 +479,10 @@ void PropertyValues::take_turn(PropertyResource& property, UniqueFunction<void(T
 
 /// The state of its Thing says why the property has no value, until it has one again: the first reason, so that one that differs each time (a
 /// counter, a time) does not change the state with each read. What a late lambda has done is a new reason.
-void PropertyValues::fail(PropertyResource& property, std::string_view why) {
+void PropertyValues::fail(PropertyResource& property, std::string_view why, Errc code) {
   PropertyRefresh& state = refresh_of(property);
-  if (!state.failure.empty() && !state.late) return;
+  state.failure_code = code;
+  if (!state.failure.empty() && !state.late && property.spec->read) return;  // what is published says something new
   std::string failure = failure_of(why);
   if (state.failure == failure) return;
   property.mark_changing();
@@ -505,6 +509,7 @@ void PropertyValues::set(PropertyResource& property, Sample sample) {
     sample.whole = nullptr;
     sample.encodings.clear();
     refresh_of(property).failure = failure_of(fault);
+    property.refresh_state->failure_code = Errc::failed;
   } else {
     property.is_fault_logged = false;
     if (property.is_failing()) property.refresh_state->failure.clear();

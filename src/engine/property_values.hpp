@@ -63,6 +63,7 @@ struct PropertyRefresh {
   std::shared_ptr<CancelToken> token;
   std::vector<Waiter> waiters, next_waiters;
   std::string failure;                            ///< why there is no present value, for clients; empty: there is one
+  Errc failure_code = Errc::failed;               ///< of `failure`
   std::uint64_t failure_changes = 0;              ///< how often `failure` has changed while the value was the same
   std::chrono::steady_clock::time_point begin{};  ///< of the running refresh
   bool late = false;                              ///< the running refresh was given up: it is not waited for
@@ -130,7 +131,7 @@ class PropertyValues {
   void were_taken(PropertyResource& property, Result<std::vector<Sample>> samples, TimePoint now);
   void were_encoded(PropertyResource& property, std::optional<Sample> sample, Result<ThinVector<Encoding>> encodings, TimePoint now);
   void end(PropertyResource& property, const Result<void>& result, TimePoint now);
-  static void fail(PropertyResource& property, std::string_view why);
+  static void fail(PropertyResource& property, std::string_view why, Errc code = Errc::failed);
   static void recover(PropertyResource& property);
   template <class Step>
   void ends_if_thrown(PropertyResource& property, Step step);

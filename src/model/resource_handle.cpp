@@ -191,6 +191,7 @@ void ActionSetup::set_stop() noexcept {
   action.policy = ActionPolicy::parallel(16);
 }
 void ActionSetup::set_requires_expiry() noexcept { action_of(spec_).requires_expiry = true; }
+void ActionSetup::set_ends_soon() noexcept { action_of(spec_).asynchronous = false; }
 void ActionSetup::merge_field_facets(std::string_view field, const rdf::Facets& facets) {
   ActionSpec& action = action_of(spec_);
   const std::vector<rdf::FieldType> none;

@@ -3,15 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <deque>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <set>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include <lrt/base/immortal.hpp>
 #include <lrt/base/iri.hpp>
+#include <lrt/rdf/value_codec.hpp>
 #include <lrt/rdf/vocab.hpp>
 
 #include "src/base/ascii.hpp"
@@ -28,16 +33,25 @@ constexpr std::size_t deepest = 32;         // half of what read_value() follows
 constexpr std::size_t most_types = 20'000;  // in a type, each as often as it occurs
 constexpr Iri base64_binary("http://www.w3.org/2001/XMLSchema#base64Binary");
 
+bool same_texts(const Texts& a, const Texts& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const Text& x, const Text& y) { return x.text == y.text && x.language == y.language; });
+}
+bool same_words(const Facets& a, const Facets& b) {
+  if (!a.has_words() || !b.has_words()) return a.has_words() == b.has_words();
+  const Words x = a.words(), y = b.words();
+  return same_texts(x.titles, y.titles) && same_texts(x.descriptions, y.descriptions);
+}
 bool same_facets(const Facets& a, const Facets& b) {
-  if (a.has_words() || b.has_words()) return false;  // not compared: such a type is kept again
   return a.unit() == b.unit() && a.min() == b.min() && a.max() == b.max() && a.min_exclusive() == b.min_exclusive() &&
          a.max_exclusive() == b.max_exclusive() && a.allows_non_finite() == b.allows_non_finite() && a.min_length() == b.min_length() &&
-         a.max_length() == b.max_length();
+         a.max_length() == b.max_length() && same_words(a, b);
 }
 
 /// The types of the parts are kept, so equal ones are one object.
 bool same_field(const FieldType& a, const FieldType& b) {
-  return a.name == b.name && a.predicate == b.predicate && a.type == b.type && a.read_only == b.read_only && same_facets(a.facets, b.facets);
+  return a.name == b.name && a.predicate == b.predicate && a.type == b.type && a.read_only == b.read_only && same_facets(a.facets, b.facets) &&
+         !a.absent == !b.absent && (!a.absent || same(*a.absent, *b.absent));
 }
 bool same_type(const Type& a, const Type& b) {
   return a.kind == b.kind && a.datatype == b.datatype && a.names == b.names && a.element == b.element && a.shortest == b.shortest &&
@@ -45,10 +59,29 @@ bool same_type(const Type& a, const Type& b) {
          std::equal(a.fields.begin(), a.fields.end(), b.fields.begin(), b.fields.end(), same_field);
 }
 
+/// Equal types have one number: a host of messages makes thousands.
+std::size_t hash_of(const Type& type) {
+  std::size_t hash = static_cast<std::size_t>(type.kind);
+  const auto mix = [&](std::size_t n) { hash = (hash ^ n) * static_cast<std::size_t>(0x9E3779B97F4A7C15U) + (hash >> 29U); };
+  const auto mix_text = [&](std::string_view text) { mix(std::hash<std::string_view>()(text)); };
+  mix_text(type.name);
+  mix_text(type.datatype.text);
+  mix(std::hash<const Type*>()(type.element));
+  mix(type.shortest);
+  mix(type.longest);
+  for (const std::string& name : type.names) mix_text(name);
+  for (const FieldType& field : type.fields) {
+    mix_text(field.name);
+    mix(std::hash<const Type*>()(field.type));
+  }
+  return hash;
+}
+
 /// The types that were made here, and a copy of each other type that was given a DynamicType: its values are checked.
 struct Kept {
   std::mutex mutex;  // guards the rest
   std::deque<Type> made;
+  std::unordered_multimap<std::size_t, const Type*> by_hash;  // of made
   std::map<const Type*, Type> copies;
 };
 Kept& all_kept() {
@@ -58,10 +91,15 @@ Kept& all_kept() {
 
 const Type& kept(Type type) {
   type.is_checked = true;
+  const std::size_t hash = hash_of(type);
   Kept& all = all_kept();
   const std::lock_guard lock(all.mutex);
-  const auto known = std::find_if(all.made.begin(), all.made.end(), [&](const Type& t) { return same_type(t, type); });
-  return known != all.made.end() ? *known : all.made.emplace_back(std::move(type));
+  const auto [first, last] = all.by_hash.equal_range(hash);
+  const auto known = std::find_if(first, last, [&](const auto& t) { return same_type(*t.second, type); });
+  if (known != last) return *known->second;
+  const Type& made = all.made.emplace_back(std::move(type));
+  all.by_hash.emplace(hash, &made);
+  return made;
 }
 
 const Type& checked_copy(const Type& type) {
@@ -161,7 +199,14 @@ Result<DynamicType> of_fields(Kind kind, std::string_view name, std::vector<Dyna
       return unexpected(Errc::invalid_option, its + ": another " + part + " has the same term <" + predicate + '>');
     if (Result<void> r = check_unit(field.facets.unit(), its); !r) return Unexpected{std::move(r).error()};
     if (Result<void> r = check_bounds(field.facets, its); !r) return Unexpected{std::move(r).error()};
-    type.fields.push_back({std::move(field.name.name), std::move(predicate), &*field.type, field.facets, field.read_only});
+    if (field.absent) {
+      std::string fault = is_variant || field.read_only || field.type->kind == Kind::optional ? "it cannot have a value if it is left out"
+                                                                                              : detail::fault_of(*field.type, *field.absent);
+      if (fault.empty() && !within(*field.type, field.facets, *field.absent)) fault = "the value if it is left out is outside of the bounds";
+      if (!fault.empty()) return unexpected(Errc::invalid_option, its + ": " + fault);
+    }
+    type.fields.push_back(
+        {std::move(field.name.name), std::move(predicate), &*field.type, field.facets, field.read_only, false, std::move(field.absent)});
   }
   if (own && name.empty()) return unexpected(Errc::expected_iri, what + ": it needs a name, because it has terms of its own");
   if (type.classes.empty()) type.classes.push_back("#" + std::string(name));

@@ -260,26 +260,28 @@ class LRT_LOCAL Robot::Impl {
 
   // --- for the control loop
 
-  void publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept {
+  /// @param at  time of the values; nullptr: now
+  void publish(Numbers positions, Numbers velocities, Numbers efforts, const std::chrono::system_clock::time_point* at) noexcept {
+    const auto put = [at](auto& property, const auto& value) noexcept { at ? property.publish(value, *at) : property.publish(value); };
     const auto finite = [](Numbers numbers, std::size_t i) { return i < numbers.size() && std::isfinite(numbers[i]); };
     for (std::size_t i = 0; i < model_.variables.size(); ++i) {
       const std::size_t joint = model_.variables[i];
       if (finite(positions, i)) values_[joint] = positions[i];
-      if (finite(efforts, i)) moving_[of_joint_[joint]].effort.publish(efforts[i]);
+      if (finite(efforts, i)) put(moving_[of_joint_[joint]].effort, efforts[i]);
     }
     for (Moving& m : moving_) {
       if (m.joint != m.source) values_[m.joint] = m.multiplier * values_[m.source] + m.offset;
-      m.position.publish(values_[m.joint]);
-      if (m.rotation) m.rotation->publish({static_cast<float>(values_[m.joint]), m.axis});
-      if (finite(velocities, m.variable)) m.velocity.publish(m.multiplier * velocities[m.variable]);
+      put(m.position, values_[m.joint]);
+      if (m.rotation) put(*m.rotation, Eigen::AngleAxisf(static_cast<float>(values_[m.joint]), m.axis));
+      if (finite(velocities, m.variable)) put(m.velocity, m.multiplier * velocities[m.variable]);
     }
     if (all_) {
       for (std::size_t i = 0; i < moving_.size(); ++i) list_[static_cast<Eigen::Index>(i)] = values_[moving_[i].joint];
-      all_->publish(list_);
+      put(*all_, list_);
     }
     turn();
     for (std::size_t l = 0; l < poses_.size(); ++l)
-      if (moves_[l] || !published_) link_poses_[l].publish(poses_[l]);
+      if (moves_[l] || !published_) put(link_poses_[l], poses_[l]);
     published_ = true;
   }
   void move(std::size_t joint, const Pose& to) noexcept {
@@ -620,7 +622,10 @@ Thing& Robot::joint(std::size_t joint) noexcept { return impl_->joint_things_[jo
 Thing& Robot::link(std::size_t link) noexcept { return impl_->link_things_[link]; }
 PushedProperty<double>& Robot::position(std::size_t joint) noexcept { return impl_->position(joint); }
 std::vector<std::string> Robot::serve_meshes(const PackageOptions& options) { return impl_->serve_meshes(options); }
-void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept { impl_->publish(positions, velocities, efforts); }
+void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts) noexcept { impl_->publish(positions, velocities, efforts, nullptr); }
+void Robot::publish(Numbers positions, Numbers velocities, Numbers efforts, std::chrono::system_clock::time_point at) noexcept {
+  impl_->publish(positions, velocities, efforts, &at);
+}
 void Robot::move(std::size_t joint, const Pose& to) noexcept { impl_->move(joint, to); }
 Pose Robot::pose(std::size_t link) const noexcept { return impl_->pose(link); }
 

@@ -23,7 +23,7 @@ trap 'rm -rf "$work"' EXIT
 abi_of() { sed -n 's/^#define LRT_ABI \([0-9]*\)$/\1/p' "$1/include/lrt/version.hpp"; }
 abi=$(abi_of "$root")
 libraries=()
-for name in lrt lrt_client lrt_check lrt_codegen lrt_mirror lrt_query lrt_urdf lrt_mqtt lrt_protobuf lrt_librdf; do
+for name in lrt lrt_client lrt_check lrt_codegen lrt_mirror lrt_query lrt_urdf lrt_mqtt lrt_protobuf lrt_librdf lrt_ros2; do
   file=$(find "$folder/src" -name "lib$name.so.$abi" -print -quit)
   if [[ -n $file ]]; then libraries+=("$file"); else echo "lib$name.so.$abi is not in this build and is not checked"; fi
 done

@@ -62,7 +62,8 @@ class Documents:
             url = todo.pop()
             answer = program.get(url, Accept=N_TRIPLES)
             if answer.status != 200 or not answer.field("Content-Type").startswith(N_TRIPLES):
-                is_unread = answer.status == 500 and "could not be read" in str(answer.body)  # a getter that throws
+                # A getter that throws; a value that is unavailable.
+                is_unread = {500: "could not be read", 503: "property "}.get(answer.status, "nothing") in str(answer.body)
                 assert answer.status in (200, 404, 406) or is_unread, f"{url}: {answer}"  # 404: an example of a template; 406: no RDF
                 continue
             triples = self.add(url, answer.body)

@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(sys.argv[1]).resolve()
 # Page: how many commands it has at least. Those of docs/command.md have a test of their own.
 PAGES = {"README.md": 4, "docs/actions.md": 3, "docs/check.md": 7, "docs/porting/webthing-cpp.md": 3, "docs/queries.md": 1, "docs/subscriptions.md": 2, "docs/things.md": 8, "docs/tour.md": 20, "docs/types.md": 4}
-ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py"}
+ELSEWHERE = {"docs/command.md": "tests/tools/command_test.py", "docs/ros2.md": "tests/ros2/robot_test.py"}
 # Programs that serve the code of a page.
 ROBOTS = {"docs/porting/webthing-cpp.md": "docs_snippets_porting --serve 8080"}
 

@@ -58,7 +58,7 @@ for deb in "${debs[@]}"; do
   name=$(dpkg-deb --field "$deb" Package)
   if dpkg-deb --info "$deb" | grep ' shlibs' >/dev/null; then
     dpkg-deb --info "$deb" shlibs | tee "$work/shlibs"
-    if grep -vE "^liblrt[a-z_]* $abi $name \\(>= ${version//./\\.}-[^ ]+\\)$" "$work/shlibs"; then
+    if grep -vE "^liblrt[a-z0-9_]* $abi $name \\(>= ${version//./\\.}-[^ ]+\\)$" "$work/shlibs"; then
       echo "$name: expected \">= $version-REVISION\" in shlibs: libraries of one LRT_ABI can replace each other"
       exit 1
     fi
@@ -85,7 +85,7 @@ fi
 consumers() {
   local root=$1 libdir flags=() wanted=(-DCLIENT=ON -DQUERY=ON) component
   libdir=/usr/lib/$(dpkg-architecture -q DEB_HOST_MULTIARCH)
-  for component in urdf mqtt protobuf librdf; do
+  for component in urdf mqtt protobuf librdf ros2; do
     if compgen -G "$folder/packages/liblrt-$component*.deb" >/dev/null; then
       wanted+=("-D${component^^}=ON")
     else
@@ -103,7 +103,7 @@ consumers() {
     return 1
   }
   "$folder/consumer/consumer" "$version"
-  for component in client client_tools query mqtt protobuf librdf; do
+  for component in client client_tools query mqtt protobuf librdf ros2; do
     if [[ -x $folder/consumer/${component}_consumer ]]; then "$folder/consumer/${component}_consumer"; fi
   done
   if [[ -x $folder/consumer/urdf_consumer ]]; then "$folder/consumer/urdf_consumer" "$source_root/examples/ex_urdf_robot/picker.urdf"; fi
@@ -113,6 +113,7 @@ consumers() {
   "$work/program" "$version"
   echo "pkg-config: a consumer was built and run"
   "$root/usr/bin/lrt" --version
+  if [[ -x $root/usr/bin/lrt-ros2 ]]; then "$root/usr/bin/lrt-ros2" --version; fi
   PYTHONPATH=$root/usr/lib/python3/dist-packages python3 -B -c 'import lrt; print("Python:", lrt.__file__)'
 }
 
@@ -145,8 +146,9 @@ export DEBIAN_FRONTEND=noninteractive
 apt-get install -y -q --no-install-recommends /lrt/*.deb >/lrt/log 2>&1 || { tail -n 20 /lrt/log; exit 1; }
 ldconfig -p | grep liblrt
 lrt --version
+if command -v lrt-ros2; then lrt-ros2 --version; fi
 apt-get install -y -q --no-install-recommends g++ cmake make pkg-config libprotobuf-dev librdf0-dev >/lrt/log 2>&1 || { tail -n 20 /lrt/log; exit 1; }
-cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DURDF=ON -DMQTT=ON -DPROTOBUF=ON -DLIBRDF=ON
+cmake -S /lrt/package/find_package -B /lrt/build -DLRT_WANTED="$1" -DCLIENT=ON -DQUERY=ON -DURDF=ON -DMQTT=ON -DPROTOBUF=ON -DLIBRDF=ON -DROS2=ON
 cmake --build /lrt/build
 /lrt/build/consumer "$1"
 /lrt/build/client_consumer
@@ -156,10 +158,11 @@ cmake --build /lrt/build
 /lrt/build/mqtt_consumer
 /lrt/build/protobuf_consumer
 /lrt/build/librdf_consumer
+/lrt/build/ros2_consumer
 # shellcheck disable=SC2046  # one argument per flag
 c++ -std=c++17 /lrt/package/main.cpp $(pkg-config --cflags --libs lrt) -o /lrt/program
 /lrt/program "$1"
-apt-get purge -y -q 'liblrt*' lrt-tools >/lrt/log 2>&1
+apt-get purge -y -q 'liblrt*' lrt-tools lrt-ros2 >/lrt/log 2>&1
 if ldconfig -p | grep liblrt; then echo "ldconfig still knows liblrt"; exit 1; fi
 IN_ROOT
 chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin sh /lrt/run.sh "$version"

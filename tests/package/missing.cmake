@@ -13,7 +13,7 @@ function(configure)
   set(text "${text}" PARENT_SCOPE)
 endfunction()
 
-foreach(pair "MQTT;Mosquitto" "LIBWEBSOCKETS;Libwebsockets" "CLIENT;ZLIB" "URDF;Tinyxml2" "PROTOBUF;Libprotobuf" "LIBRDF;Librdf")
+foreach(pair "MQTT;Mosquitto" "LIBWEBSOCKETS;Libwebsockets" "CLIENT;ZLIB" "URDF;Tinyxml2" "PROTOBUF;Libprotobuf" "LIBRDF;Librdf" "ROS2;Fastdds")
   list(GET pair 0 option)
   list(GET pair 1 package)
   configure(-D CMAKE_DISABLE_FIND_PACKAGE_${package}=ON -D LRT_${option}=ON)

@@ -24,6 +24,9 @@
 #ifdef WITH_LIBRDF
 #include <lrt/redland.hpp>
 #endif
+#ifdef WITH_ROS2
+#include <lrt/ros2/message_type.hpp>
+#endif
 
 int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::Options options;
@@ -56,5 +59,8 @@ int main([[maybe_unused]] int argc, [[maybe_unused]] char** argv) {
   lrt::World world("world");
   if (lrt::redland::Model::attach(world, "tasks", nullptr)) return 1;
   librdf_free_world(librdf_new_world());
+#endif
+#ifdef WITH_ROS2
+  lrt::ros2::MessageType::of(lrt::ros2::Definitions().message("std_msgs/msg/Header").value()).value();
 #endif
 }

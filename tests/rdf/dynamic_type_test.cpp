@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,13 @@ TEST_CASE("equal types are one object, so that making them again needs no memory
   CHECK(&*make(1) == &*make(1));
   CHECK(make(1) != make(2));
   CHECK(DynamicType::base64() == DynamicType::base64());
+  const auto titled = [](const char* title, const char* language) {
+    return DynamicType::record("Titled", {{"a", DynamicType::of<double>(), Facets().title(title, language).description("A text.")}}).value();
+  };
+  CHECK(titled("Width", "en") == titled("Width", "en"));
+  CHECK(titled("Width", "en") != titled("Width", "de"));
+  CHECK(titled("Width", "en") != titled("Height", "en"));
+  CHECK(titled("Width", "en") != DynamicType::record("Titled", {{"a", DynamicType::of<double>()}}).value());
 }
 
 TEST_CASE("what is no type is refused with a reason", "[rdf][R0.6]") {
@@ -85,6 +93,27 @@ TEST_CASE("what is no type is refused with a reason", "[rdf][R0.6]") {
   CHECK(refusal(DynamicType::map(DynamicType::optional(real).value())) == "a map: its members cannot be optional");
   CHECK(refusal(DynamicType::optional(DynamicType::optional(real).value())) == "an optional value: its members cannot be optional");
   CHECK(refusal(DynamicType::list(real, 3, 2)) == "a list: expected a minimum length of at most the maximum length");
+}
+
+TEST_CASE("a field that is made at run time may have a value for clients that leave it out", "[rdf][R0.6]") {
+  const DynamicType real = DynamicType::of<double>(), mode = DynamicType::enumeration({"slow", "fast"}).value();
+  const auto field = [](const char* name, DynamicType type, Value absent, Facets facets = {}, bool read_only = false) {
+    rdf::DynamicField made{name, type, facets, read_only};
+    made.absent = std::make_shared<const Value>(std::move(absent));
+    return made;
+  };
+  const auto record = [](rdf::DynamicField f) { return DynamicType::record("R", {std::move(f)}); };
+  const DynamicType one = record(field("a", real, Value(1.0))).value();
+  CHECK(*one->fields[0].absent->real() == 1.0);
+  CHECK(one == record(field("a", real, Value(1.0))).value());
+  CHECK(one != record(field("a", real, Value(2.0))).value());
+  CHECK(one != DynamicType::record("R", {{"a", real}}).value());
+  CHECK(record(field("m", mode, Value(std::string("fast")))));
+  CHECK(refusal(record(field("m", mode, Value(std::string("off"))))).find("expected one of the names") != std::string::npos);
+  CHECK(refusal(record(field("a", real, Value(1.0), Facets().at_least(2)))).find("outside of the bounds") != std::string::npos);
+  CHECK(refusal(record(field("a", real, Value(1.0), {}, true))).find("cannot have a value if it is left out") != std::string::npos);
+  CHECK(refusal(record(field("a", DynamicType::optional(real).value(), Value(1.0)))).find("cannot have a value") != std::string::npos);
+  CHECK(refusal(DynamicType::variant("V", {field("a", real, Value(1.0))})).find("cannot have a value") != std::string::npos);
 }
 
 TEST_CASE("a variant that is made at run time has exactly one alternative", "[rdf][R0.6]") {

@@ -175,6 +175,7 @@ class LRT_API ActionSetup : public ResourceSetup {
   void set_policy(ActionPolicy policy) noexcept;
   void set_stop() noexcept;
   void set_requires_expiry() noexcept;
+  void set_ends_soon() noexcept;
   /// @{
   /// Declares a stop state.
   void set_stop_state(UniqueFunction<bool()> state, const ResourceSetup& release);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -112,6 +113,9 @@ struct DynamicField {
   DynamicType type;        ///< of its values
   Facets facets{};         ///< unit, bounds and words
   bool read_only = false;  ///< clients cannot send a record with it
+  /// What it is if a client leaves it out, see Record::value_if_absent(); null: clients must state it. Not of an optional
+  /// or a read-only field, and not of an alternative.
+  std::shared_ptr<const Value> absent{};
 };
 
 /// A value that describes itself, in handles of Properties, Actions and Collections of a DynamicType.

@@ -270,10 +270,12 @@ void PropertyResource::judge_after_refresh(Encodings wanted, Parts& parts) {
   const Ticket ticket = writes_->queue.front().ticket;
   parts.values.refresh(*this, wanted, [this, &parts, ref = Ref(*this), ticket, all = wanted.all](const Result<void>& result, TimePoint now) {
     if (!parts.registry.find(ref) || !is_first_write(ticket)) return;
-    if (result) return judge_write(parts, now, all);
+    const Context* const context = parts.pending.resume(ticket, now);
+    // A write without a condition needs no value before it.
+    if (result || (context && !context->request().find("If-Match") && !context->request().find("If-None-Match"))) return judge_write(parts, now, all);
     drops_if_thrown(ticket, [&] {
-      if (const Context* c = parts.pending.resume(ticket, now))
-        parts.pending.respond(ticket, parts.responses.problem(*c, 500, result.error().message));
+      const int status = result.error().code == Errc::unavailable ? 503 : 500;
+      if (context) parts.pending.respond(ticket, parts.responses.problem(*context, status, result.error().message));
     });
     drop_write();
     begin_next_write(parts, now);

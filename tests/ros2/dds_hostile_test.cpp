@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include <lrt/ros2/graph.hpp>
+
+#include "tests/ros2/graph_support.hpp"
+#include "tests/ros2/packets.hpp"
+#include "tests/support/catch.hpp"
+
+using namespace lrt;
+using namespace lrt::ros2;
+using namespace lrt::test;
+
+namespace {
+
+constexpr const char* string_type = "std_msgs/msg/String";
+
+/// Sends packets to the ports of the participants of a domain.
+class Attacker {
+ public:
+  explicit Attacker(const Domain& domain) : first_(static_cast<std::uint16_t>(7400 + 250 * domain.number())) {
+    socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  }
+  ~Attacker() { ::close(socket_); }
+  Attacker(const Attacker&) = delete;
+  Attacker& operator=(const Attacker&) = delete;
+  /// @param data  to the port for samples, else to that for announcements, of the first participant
+  void send(const std::string& packet, bool data = false) {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    to.sin_port = htons(static_cast<std::uint16_t>(first_ + (data ? 11 : 10)));
+    static_cast<void>(::sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+  }
+
+ private:
+  int socket_;
+  const std::uint16_t first_;
+};
+
+std::string locator(std::uint32_t port) { return le32(1) + le32(port) + std::string(12, '\0') + be32(INADDR_LOOPBACK); }
+/// An announcement that Fast DDS accepts, with a lease of so many seconds.
+std::string announcement(const Prefix& from, std::uint32_t lease, std::uint32_t sequence = 1) {
+  return head(from) + data(0x000100c2, sequence,
+                           std::string("\0\3\0\0", 4) + parameter(0x15, "\2\1") + parameter(0x16, "\1\20") +
+                               parameter(0x50, text(from) + be32(0x1c1)) + parameter(0x32, locator(9)) + parameter(0x31, locator(9)) +
+                               parameter(0x02, le32(lease) + le32(0)) + parameter(0x58, le32(0x3f)) + end());
+}
+std::string writer(const Prefix& from, std::uint32_t number, const std::string& topic) {
+  return head(from) + data(0x000003c2, number,
+                           std::string("\0\3\0\0", 4) + parameter(0x5a, text(from) + be32(number << 8 | 3U)) + parameter(0x05, name(topic)) +
+                               parameter(0x07, name("std_msgs::msg::dds_::String_")) + parameter(0x1a, le32(2) + le32(0) + le32(0)) + end());
+}
+
+/// Whether a peer that comes now is found, and read.
+bool goes_on(const Domain& domain, Graph& graph) {
+  Peer peer = cyclone(domain);
+  peer.tell("writer w /robot reliable volatile");
+  Texts texts;
+  const auto subscription = graph.subscribe("/robot", string_type, texts.sink()).value();
+  return eventually([&] {
+    peer.tell("write w hello");
+    return texts.has("hello") && graph.snapshot()->topic("/robot") != nullptr;
+  });
+}
+
+}  // namespace
+
+TEST_CASE("malformed packets are dropped and counted, and the robot goes on", "[ros2][hostile]") {
+  const Domain domain;
+  Graph graph = join(domain);
+  Attacker attacker(domain);
+  Texts texts;
+  const auto subscription = graph.subscribe("/a", string_type, texts.sink()).value();
+  std::mt19937 random(11);
+  const Prefix from = prefix(1);
+  const std::vector<std::string> seeds = {
+      announcement(from, 20),
+      writer(from, 1, "rt/a"),
+      head(from) + data(0x103, 1, text_payload("hello")),
+      head(from) + submessage(0x16, 1,
+                              le16(0) + le16(28) + be32(0) + be32(0x103) + le32(0) + le32(7) + le32(1) + le16(1) + le16(1000) + le32(9'000) +
+                                  std::string(1000, 'x')),
+      head(from) + submessage(0x06, 1, be32(0x104) + be32(0x103) + le32(0) + le32(1) + le32(32) + le32(~0U) + le32(1)),
+      head(from) + submessage(0x07, 1, be32(0) + be32(0x3c2) + le32(0) + le32(1) + le32(0) + le32(0x7fffffff) + le32(1)),
+      head(from) + submessage(0x08, 1, be32(0) + be32(0x103) + le32(0) + le32(1) + le32(0) + le32(9) + le32(256) + std::string(32, '\xff'))};
+  attacker.send(announcement(from, 20));
+  attacker.send(writer(from, 1, "rt/a"));
+  for (int round = 0; round < 12'000; ++round) {
+    std::string packet = seeds[random() % seeds.size()];
+    for (unsigned i = random() % 5; i != 0; --i) packet[8 + random() % (packet.size() - 8)] = static_cast<char>(random());
+    if (random() % 4 == 0) packet.resize(random() % (packet.size() + 1));
+    attacker.send(packet, random() % 2 == 0);
+    if (round % 64 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  CHECK(eventually([&] { return graph.counters().malformed_packets > 500; }));
+  CHECK(goes_on(domain, graph));
+}
+
+TEST_CASE("participants beyond the limit find no room until others are gone", "[ros2][hostile]") {
+  const Domain domain;
+  GraphOptions options;
+  options.limits.max_participants = 8;
+  Graph graph = join(domain, std::move(options));
+  Attacker attacker(domain);
+  std::size_t most = 0;
+  CHECK(eventually([&] {
+    for (int id = 1; id <= 200; ++id) attacker.send(announcement(prefix(static_cast<std::uint8_t>(id)), 2));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    most = std::max(most, graph.counters().participants);
+    return most >= 1 && graph.counters().refused_participants >= 20;
+  }));
+  CHECK(most <= 8);
+  CHECK(goes_on(domain, graph));  // their leases end
+}
+
+TEST_CASE("samples that are too large are dropped and counted, and what comes after them is read", "[ros2][hostile]") {
+  const Domain domain;
+  GraphOptions options;
+  options.limits.max_sample_bytes = 50'000;
+  Graph graph = join(domain, std::move(options));
+  Peer peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), "2000"});
+  peer.tell("writer w /large reliable volatile");
+  std::atomic<std::size_t> largest{0};
+  Texts texts;
+  const auto subscription =
+      graph.subscribe("/large", string_type, [&](Sample&& sample) { largest = std::max(largest.load(), sample.payload->size()); }).value();
+  const auto same = graph.subscribe("/large", string_type, texts.sink()).value();
+  REQUIRE(eventually([&] {
+    peer.tell("write w before");
+    return texts.has("before");
+  }));
+  peer.tell("write_bytes w 60000");  // one packet
+  peer.tell("write_bytes w 3000000");
+  peer.tell("write_bytes w 40000");
+  peer.tell("write w after");
+  CHECK(eventually([&] { return texts.has("after"); }));
+  CHECK(eventually([&] { return graph.counters().large_samples >= 2; }));
+  CHECK(largest < 50'000);
+  CHECK(largest > 40'000);
+}
