@@ -664,7 +664,8 @@ TEST_CASE("a query waits for no published value that its sender may not see", "[
   const auto properties_of = [&](const engine::Audience& audience) {
     std::size_t count = 0;
     const auto counted = [&](engine::PropertyResource&) { ++count; };
-    snapshots.for_each_property(*snapshots.of(0, audience, {}), counted);
+    const auto ignored = [](engine::HostContent&) {};
+    snapshots.for_each_read(*snapshots.of(0, audience, {}), counted, ignored);
     return count;
   };
   const auto policy =
