@@ -52,6 +52,8 @@ class BridgeCore final : private Link::Events {
   const Options& options() const noexcept { return options_; }
   Counters counters() const noexcept;
   const std::string& broker_url() const noexcept { return broker_url_; }
+  /// Different meanings of the values that are published.
+  std::size_t meanings() const noexcept { return meanings_.size(); }
 
  private:
   /// A resource that is published.
@@ -116,6 +118,7 @@ class BridgeCore final : private Link::Events {
   void keep_left_out(const engine::FeedMessage& message);
   static std::uint64_t left_out_before(const engine::FeedMessage& message, const Published& published) noexcept;
   const engine::Meaning* kept(engine::Meaning meaning);
+  void release(const engine::Meaning& meaning);
   /// How often a message is sent: until it is acknowledged, on the next connection again, or on one connection.
   enum class Sending : std::uint8_t { first, again, once };
   bool publish(const OutMessage& message, Sending how = Sending::first);
@@ -181,9 +184,9 @@ class BridgeCore final : private Link::Events {
 
   // Publications.
   std::deque<engine::ObservableResource> new_resources_;
-  std::unordered_map<std::uint64_t, Published> published_;       ///< by channel
-  std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;  ///< by resource
-  std::set<engine::Meaning, bool (*)(const engine::Meaning&, const engine::Meaning&)> meanings_;
+  std::unordered_map<std::uint64_t, Published> published_;                                                     ///< by channel
+  std::unordered_map<std::uint64_t, std::uint64_t> channel_of_;                                                ///< by resource
+  std::map<engine::Meaning, std::size_t, bool (*)(const engine::Meaning&, const engine::Meaning&)> meanings_;  ///< by how many resources each is used
   std::deque<engine::FeedMessage> messages_;          ///< taken, and not sent yet: the rest of a batch
   Instant taken_at_{};                                ///< messages_
   std::deque<OutMessage> own_;                        ///< responses and the description

@@ -635,8 +635,18 @@ void BridgeCore::bridge(const engine::ObservableResource& resource) {
   counters_.resources = published_.size();
 }
 
-/// A robot has few of them and many Properties. They are kept.
-const engine::Meaning* BridgeCore::kept(engine::Meaning meaning) { return &*meanings_.insert(std::move(meaning)).first; }
+/// A robot has few of them and many Properties. Frames can be those of Things that come and go.
+const engine::Meaning* BridgeCore::kept(engine::Meaning meaning) {
+  const auto found = meanings_.try_emplace(std::move(meaning), 0).first;
+  ++found->second;
+  return &found->first;
+}
+
+/// @param meaning  of kept(); it may no longer exist afterwards
+void BridgeCore::release(const engine::Meaning& meaning) {
+  const auto found = meanings_.find(meaning);
+  if (found != meanings_.end() && --found->second == 0) meanings_.erase(found);
+}
 
 /// A value was taken from the server and is not sent. What the message after it left out has to count it.
 void BridgeCore::keep_left_out(const engine::FeedMessage& message) {
@@ -672,6 +682,7 @@ void BridgeCore::unbridge(std::uint64_t channel) {
   const auto found = published_.find(channel);
   if (found == published_.end()) return;
   channel_of_.erase(found->second.resource);
+  release(*found->second.meaning);
   published_.erase(found);
   counters_.resources = published_.size();
 }

@@ -854,6 +854,24 @@ TEST_CASE("values are sent with their time, unit, datatype and frame", "[mqtt][m
   CHECK(user_of(*bench.wire.newest("r/arm/a"), "unit").empty());
 }
 
+TEST_CASE("what the values of a Thing that is gone meant is not kept", "[mqtt][meaning]") {
+  Bench bench;
+  bench.turns();
+  const std::size_t before = bench.core->meanings();
+  for (int i = 0; i < 50; ++i) {
+    const std::string name = "seen" + std::to_string(i);
+    Thing seen{name};
+    for (const char* const property : {"x", "y"}) seen.property<double>(property, unit::metre).frame(Object::resource(name)).publish(i);
+    bench.server->add(std::move(seen)).value();
+    bench.turns(3);
+    CHECK(bench.core->meanings() == before + 1);
+    CHECK(bench.wire.newest("r/" + name + "/y") != nullptr);
+    bench.server->remove(name).value();
+    bench.turns(3);
+  }
+  CHECK(bench.core->meanings() == before);
+}
+
 TEST_CASE("the form for MQTT 3.1.1 has what user properties have", "[mqtt][meaning]") {
   Bench bench([](mqtt::Options& o) { o.publications[0].form = Form::with_meaning; });
   bench.turns();
