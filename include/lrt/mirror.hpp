@@ -126,8 +126,8 @@ struct MirrorCounts {
 /// Each reading of a robot compares what the store has: at the start, each refresh_interval, and when the robot or the
 /// store has returned. That is one request for each graph. A graph that the store has lost or that another client has
 /// changed is sent again, and counted. A store that gives no entity tags is read once more behind each graph that such a
-/// reading sends, so that its own form of it is known ("0.0" for "0"). A store that cannot be read (405) is believed; that
-/// is reported.
+/// reading sends, so that its own form of it is known ("0.0" for "0"). A store that cannot be read (405) is believed, and
+/// so is one graph that it does not give (403); that is reported, and tried again with each reading.
 ///
 /// The graph `<ROBOT#mirror>` lists the graphs of the robot: `<ROBOT#mirror> dcterms:hasPart GRAPH`. By it a mirror
 /// without a state, or to a store that was restored from an older copy, finds graphs whose resources the robot no longer

@@ -67,6 +67,12 @@ bool is_missing(const Result<GraphStore::Answer>& answer) noexcept { return answ
 /// A response that is larger than all that a mirror sends.
 bool is_too_large(const Result<GraphStore::Answer>& answer) noexcept { return !answer && answer.error().code == Errc::limit_exceeded; }
 
+/// Whether the store does not give a graph, and would not give it later either: 403, 405, 406 and similar statuses.
+bool is_not_given(const Result<GraphStore::Answer>& answer) noexcept {
+  if (!answer) return !is_away(answer.error()) && answer.error().code != Errc::refused;
+  return !answer->ok() && answer->status != 304 && answer->status != 401 && !is_missing(answer) && !is_temporary(answer);
+}
+
 /// The entity tag of a robot as it is kept; empty: there is none.
 std::string robot_tag_of(const client::Representation& representation) {
   constexpr std::size_t longest = 1'024;
@@ -149,8 +155,9 @@ class LRT_LOCAL Mirror::Impl {
     Queued queued = Queued::no;
     bool is_sent_now = false, is_deleted_now = false;
     OnDisk on_disk = OnDisk::nothing;
-    bool is_changed = false;  ///< since the state was written
-    unsigned failures = 0;    ///< of the store with this graph, in succession
+    bool is_changed = false;    ///< since the state was written
+    bool is_not_given = false;  ///< the store does not give it, which was reported
+    unsigned failures = 0;      ///< of the store with this graph, in succession
   };
   struct Robot {
     std::string url, mark;
@@ -225,7 +232,7 @@ class LRT_LOCAL Mirror::Impl {
   void reserve_turns(unsigned requests);
   std::map<std::string, Graph>::iterator take_next();
   bool is_confirmed(Lock& lock, const std::string& name, Graph& graph, Wanted& wanted);
-  Reply take_reply(Lock& lock, const Result<GraphStore::Answer>& answer);
+  Reply take_reply(Lock& lock, const Result<GraphStore::Answer>& answer, bool is_of_mark);
   Sent put_or_remove(const std::string& name, const Wanted& wanted, const Believed& believed, bool reads_back) const;
   void report_repairs(Lock& lock);
   void send(Lock& lock, const std::string& name, Graph& graph);
@@ -257,7 +264,7 @@ class LRT_LOCAL Mirror::Impl {
   Instant ready_at_{}, next_turn_{};
   unsigned store_failures_ = 0;
   bool store_was_away_ = false;  ///< one of these failures was no response, or that of a proxy
-  bool cannot_be_read_ = false;  ///< it has no GET, or not for this user
+  bool cannot_be_read_ = false;  ///< it has no GET, or not for this user: it does not give the list of a robot. Each reading tries again
   std::uint64_t lost_reported_ = 0, overwritten_reported_ = 0;
   std::optional<Instant> failing_since_;
   std::string store_reason_;
@@ -635,8 +642,7 @@ void Mirror::Impl::look_at_mark(Robot& robot) {
   robot.must_look_at_mark = !cannot_be_read_;
   // While the store fails, one request at a time finds out when it responds again. Then all robots are read.
   const bool is_tried = store_failures_ > 0 && (being_sent_ > 0 || std::chrono::steady_clock::now() < ready_at_);
-  if (cannot_be_read_ || is_tried) return;
-  if (!wait_for_turn(lock, false)) return;
+  if (is_tried || !wait_for_turn(lock, false)) return;
   ++being_sent_;
   lock.unlock();
   Result<GraphStore::Answer> answer = unexpected(Errc::failed, {});
@@ -660,7 +666,7 @@ void Mirror::Impl::look_at_mark(Robot& robot) {
 void Mirror::Impl::take_mark(Lock& lock, Robot& robot, const Result<GraphStore::Answer>& answer, const Echo& echo) {
   // If only this graph fails, the copy must not wait for it.
   const bool is_given_up = answer && answer->status == internal_error && ++robot.mark_failures >= max_failures_of_graph;
-  const Reply reply = is_given_up ? Reply::other : take_reply(lock, answer);
+  const Reply reply = is_given_up ? Reply::other : take_reply(lock, answer, true);
   if (reply == Reply::settled) {
     robot.must_look_at_mark = !cannot_be_read_;
     return;
@@ -905,16 +911,15 @@ bool Mirror::Impl::load(Lock& lock, const std::string& name, Wanted& wanted) {
 }
 
 /// What a response to a read says. Errors of the store are taken.
-Mirror::Impl::Reply Mirror::Impl::take_reply(Lock& lock, const Result<GraphStore::Answer>& answer) {
+/// @param is_of_mark  of the list of a robot, by which is judged whether the store can be read; of another graph is_not_given() does not hold
+Mirror::Impl::Reply Mirror::Impl::take_reply(Lock& lock, const Result<GraphStore::Answer>& answer, bool is_of_mark) {
   if (stopped_) return Reply::settled;
   if (is_too_large(answer)) return Reply::other;
-  if (answer && (answer->ok() || answer->status == 304)) {
+  const bool is_missing_there = is_missing(answer);
+  if (is_missing_there || (answer && (answer->ok() || answer->status == 304))) {
+    if (is_of_mark) cannot_be_read_ = false;
     take_store_success(lock);
-    return answer->ok() ? Reply::other : Reply::same;
-  }
-  if (is_missing(answer)) {
-    take_store_success(lock);
-    return Reply::missing;
+    return is_missing_there ? Reply::missing : answer->ok() ? Reply::other : Reply::same;
   }
   const std::string reason = answer ? answer->reason : answer.error().message;
   if ((answer && answer->status == 401) || (!answer && answer.error().code == Errc::refused)) {
@@ -943,22 +948,25 @@ bool Mirror::Impl::is_confirmed(Lock& lock, const std::string& name, Graph& grap
     if (Result<Echo> echo = echo_of(answer->body, answer->media_type, store_->url_of(name))) found = std::move(echo->fingerprint);
   lock.lock();
   const bool is_given_up = answer && answer->status == internal_error && ++graph.failures >= max_failures_of_graph;
-  if (is_given_up) {
+  if (is_given_up || (!stopped_ && is_not_given(answer))) {
     graph.failures = 0;
     ++counts_.unchanged;
-    const std::string reason = answer->reason;
+    if (answer && !is_given_up) take_store_success(lock);
+    if (std::exchange(graph.is_not_given, true)) return true;
+    const std::string reason = answer ? answer->reason : answer.error().message;
     lock.unlock();
     event(Kind::problem, name, "it cannot be read in the store, which is believed to have it: " + reason);
     lock.lock();
     return true;
   }
-  const Reply reply = take_reply(lock, answer);
+  const Reply reply = take_reply(lock, answer, false);
   if (reply == Reply::settled) {
     if (cannot_be_read_) ++counts_.unchanged;
     else if (!graph.wanted && !stopped_) graph.wanted = std::move(wanted);  // it has no bytes
     return true;
   }
   graph.failures = 0;
+  graph.is_not_given = false;
   const bool is_same = reply == Reply::same || (reply == Reply::other && (has_same_tag || found == graph.stored || found == graph.echo));
   if (is_same) {
     ++counts_.unchanged;

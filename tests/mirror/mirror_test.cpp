@@ -244,9 +244,9 @@ class Events {
       changed_.notify_all();
     };
   }
-  void wait(MirrorEvent::Kind kind) {
+  void wait(MirrorEvent::Kind kind, std::size_t number = 1) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return count_of(kind) > 0; });
+    changed_.wait(lock, [&] { return count_of(kind) >= number; });
   }
   std::size_t count(MirrorEvent::Kind kind) {
     const std::lock_guard lock(mutex_);
@@ -1007,6 +1007,47 @@ TEST_CASE("a store that cannot be read is believed, and that is reported once", 
   CHECK(prints_of(store) == robot.prints());
   CHECK(copy(options).value().unchanged == 3);
   CHECK(events.count(MirrorEvent::Kind::problem) == 2);
+}
+
+TEST_CASE("a store that does not give one graph is compared in all others, and it is read again when it can be", "[mirror]") {
+  const int status = GENERATE(400, 403, 405, 406, 414);
+  Pages robot;
+  robot.set("page", "<> <urn:value> 1 .");
+  robot.set("other", "<> <urn:value> 2 .");
+  const std::string page = robot.url("page"), list = mirror::mirror_mark_of(robot.url());
+  std::atomic<const std::string*> not_given{&page};
+  Store store([&](const Store::Asked& asked) {
+    const std::string* const graph = not_given;
+    return asked.method == "GET" && graph != nullptr && asked.graph == *graph ? answer(status, "not this one") : std::string();
+  });
+  StateFile state;
+  Events events;
+  MirrorOptions options = options_for({robot.url()}, store.url());
+  options.state_file = state.path();
+  options.on_event = events.callback();
+  CHECK(copy(options).value().sent == 4);
+  store.remove(robot.url("other"));
+  store.set(page, "<urn:a> <urn:b> <urn:c> .");
+  MirrorCounts counts = copy(options).value();
+  CHECK(counts.lost == 1);
+  CHECK(counts.overwritten == 0);  // that cannot be known
+  CHECK(events.count(MirrorEvent::Kind::problem) == 1);
+  not_given = nullptr;
+  counts = copy(options).value();
+  CHECK(counts.overwritten == 1);
+  CHECK(prints_of(store) == robot.prints());
+
+  // The same of the list of the robot, while a mirror runs: it finds out that the store can be read again.
+  not_given = &list;
+  Mirror mirror = Mirror::create(options).value();
+  mirror.start().value();
+  events.wait(MirrorEvent::Kind::robot_found, 4);
+  CHECK(events.count(MirrorEvent::Kind::problem) == 2);
+  not_given = nullptr;
+  store.restore({});
+  store.wait_until([](const auto& graphs) { return graphs.size() == 4; });
+  mirror.stop();
+  CHECK(prints_of(store) == robot.prints());
 }
 
 TEST_CASE("a graph that the store cannot give back is not waited for", "[mirror]") {
