@@ -108,8 +108,6 @@ class Reader:
             command += ["-t", topic]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1)
         self.lines = []
-        self.timer = threading.Timer(DEADLINE, self.process.kill)
-        self.timer.start()
         try:
             self.until(lambda line: line.startswith("Subscribed"))
         except BaseException:
@@ -119,17 +117,21 @@ class Reader:
     def until(self, fits):
         """Lines up to the first that fits."""
         start = len(self.lines)
-        for line in self.process.stdout:
-            self.lines.append(line.rstrip("\n"))
-            if fits(self.lines[-1]):
-                return self.lines[start:]
+        timer = threading.Timer(DEADLINE, self.process.kill)
+        timer.start()
+        try:
+            for line in self.process.stdout:
+                self.lines.append(line.rstrip("\n"))
+                if fits(self.lines[-1]):
+                    return self.lines[start:]
+        finally:
+            timer.cancel()
         raise AssertionError("the reader has ended, or the message has not come in %d s: %r" % (DEADLINE, self.lines[-20:]))
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self.timer.cancel()
         self.process.kill()
         self.process.wait()
         self.process.stdout.close()

@@ -91,6 +91,15 @@ class NodeRed:
         answer = self.ask("POST", "/rotate", json.dumps({"degrees": degrees}))
         return answer.status, json.loads(answer.body)
 
+    def rotate_in_time(self, degrees):
+        """Again and again on a machine that needs more than the 2 s for which a command is valid."""
+
+        def answer_in_time():
+            answer = self.rotate(degrees)
+            return answer if answer[0] != 412 else None
+
+        return until(answer_in_time, "a command that is not late")
+
     def stop(self):
         self.process.terminate()
         try:
@@ -174,14 +183,14 @@ def run(mosquitto, baxter, packages):
         assert red.values()["robots/baxter/ns/status"]["value"]["online"] is True
 
         # A command, with the time until when it is valid.
-        status, said = red.rotate(20)
+        status, said = red.rotate_in_time(20)
         assert status == 200 and said["status"] in (200, 202, 204) and "/baxter/right_s1/actions/rotate/" in said["location"], (status, said)
         commands = between.commands()
         run_of_robot, now = robot_time(robot)
         valid_run, valid_until = commands[-1]["Valid-Until"].split("/")
         assert valid_run == run_of_robot and valid_until.isdigit() and 0 < int(valid_until) <= now + 2000, (commands, now)
         # One that the robot refuses, and what it says.
-        status, said = red.rotate(2000)
+        status, said = red.rotate_in_time(2000)
         assert status == said["status"] == 422 and "59.98" in said["robot"], (status, said)
 
         # A command that was on its way for too long is not carried out.

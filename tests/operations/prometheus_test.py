@@ -186,9 +186,9 @@ def scrapes_and_alerts(folder, baxter, lrt, kept_world, full_disk, mosquitto):
             for query in ('lrt_mqtt_published_total{robot="cell7"} > 0', 'lrt_mqtt_published_bytes_total > 0', 'lrt_mqtt_left_out_total >= 0', 'lrt_mqtt_lag_seconds >= 0', 'lrt_mirror_graphs > 10',
                           'lrt_mirror_sent_bytes_total > 0', 'lrt_start_time_seconds{robot="cell8"} > 0', 'lrt_poll_seconds_count{robot="cell7"} > 0'):
                 until(lambda query=query: prometheus.ask(query), query)
-            labels = prometheus.ask('lrt_mqtt_online{robot="cell7"}')[0][0]
+            labels = until(lambda: prometheus.ask('lrt_mqtt_online{robot="cell7"}'), "the labels of a bridge")[0][0]
             assert labels["broker"] == f"mqtt://127.0.0.1:{broker.port}" and labels["prefix"] == "robots/baxter", labels
-            assert prometheus.ask("count by (version) (lrt_build_info)")[0][1] == 3
+            until(lambda: [count for _, count in prometheus.ask("count by (version) (lrt_build_info)")] == [3], "three programs have one version")
             robot.get("sparql?query=ASK%7B%7D")
             until(lambda: prometheus.ask('lrt_queries_total{robot="cell7"} >= 1'), "a query is counted")
             until(lambda: not prometheus.firing(), f"no alert while all is well: {prometheus.firing()}")
@@ -210,7 +210,7 @@ def scrapes_and_alerts(folder, baxter, lrt, kept_world, full_disk, mosquitto):
                 prometheus.until_quiet("RobotDown")
                 robot.kill()
                 prometheus.until_firing("RobotDown", "cell7")
-                assert ("RobotDown", "cell8") not in prometheus.firing()
+                until(lambda: ("RobotDown", "cell8") not in prometheus.firing(), "the other robot responds")
                 manager.wait(lambda requests: any("Robot cell7 does not respond" in one.text for one in requests), "Alertmanager is told")
             mirror.kill()
             prometheus.until_firing("MirrorDown")
