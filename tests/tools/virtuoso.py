@@ -5,6 +5,7 @@ import http.client
 import http.server
 import json
 import os
+import random
 import shutil
 import signal
 import socket
@@ -57,8 +58,16 @@ def skip_if_missing():
 
 
 def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as s:
-        return s.getsockname()[1]
+    """A port that the system gives to no connection: nobody takes it while the store is away."""
+    with open("/proc/sys/net/ipv4/ip_local_port_range", encoding="ascii") as file:
+        first = int(file.read().split()[0])
+    while True:
+        port = random.randrange(10_000, first) if first > 20_000 else 0
+        try:
+            with socket.create_server(("127.0.0.1", port)) as s:
+                return s.getsockname()[1]
+        except OSError:
+            pass  # somebody has it
 
 
 class Virtuoso:
@@ -122,7 +131,8 @@ class Virtuoso:
 
 
 class CountedVirtuoso(Virtuoso):
-    """A Virtuoso whose requests by `url` are counted, challenges of Digest as "401", and whose database is copied and restored as its operator would: by its files."""
+    """A Virtuoso whose requests by `url` are counted, challenges of Digest as "401", and whose database is copied and restored by its files, as its operator
+    would do it."""
 
     def __init__(self, folder):
         super().__init__(folder)
@@ -218,15 +228,16 @@ class CountedVirtuoso(Virtuoso):
         return [os.path.join(folder, name) for name in os.listdir(folder) if name.startswith("v.") and name not in ("v.ini", "v.lck", "v.log")]
 
     def save(self):
-        self.stop()
+        """Nobody writes: the file of the last checkpoint and the log of what came afterwards are a whole copy, without a stop."""
         copy = tempfile.mkdtemp(dir=self.folder)
         for file in self.files(self.folder):
             shutil.copy(file, copy)
-        self.start()
         return copy
 
     def restore(self, saved):
-        self.stop()
+        self.process.kill()  # what it would save is not wanted
+        self.process.wait()
+        self.log.close()
         for file in self.files(self.folder):
             os.remove(file)
         for file in self.files(saved):
