@@ -352,8 +352,7 @@ std::string Model::Impl::take(Pass& pass, librdf_statement* statement) {
   const rdf::Graph& before = *pass.before.graph;
   for (int i = 0; i < 3; ++i) {
     if (terms[i].is_blank()) {
-      const auto is_taken = [&](const std::string& label) { return before.find(rdf::blank(label)).has_value(); };
-      texts[i] = labels_.label_of(terms[i].text, is_taken);
+      texts[i] = labels_.label_of(terms[i].text);
       terms[i].text = texts[i];
     } else if (terms[i].is_iri() && !options_.base.empty()) {
       const std::string_view iri = terms[i].text, base = options_.base;
@@ -407,6 +406,7 @@ void Model::Impl::read_ended(GraphState& state, const std::string& fault) {
     last_fault_.clear();
   } else if (fault != state.fault()) {
     state.show_fault(fault);
+    labels_.clear();
     if (fault != last_fault_) state.report("graph \"" + state.path().substr(1) + "\" is not shown: " + fault);
     last_fault_ = fault;
   }

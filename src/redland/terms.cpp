@@ -88,7 +88,16 @@ std::optional<rdf::TermView> view_of(librdf_node* node, std::string& text, std::
   }
 }
 
-bool Labels::is_label(std::string_view id) noexcept { return rdf::is_plain_label(id); }
+std::string_view Labels::label_of(std::string_view id) {
+  constexpr std::string_view made = "n-";  // librdf and lrt::rdf begin none like this
+  if (const auto known = by_id_.find(std::string(id)); known != by_id_.end()) return known->second;
+  const bool stays = rdf::is_plain_label(id) && id.substr(0, made.size()) != made;
+  if (stays && by_label_.count(std::string(id)) == 0) return id;
+  std::string label;
+  do label = std::string(made) + std::to_string(next_++);
+  while (by_label_.count(label) != 0);
+  return bind(std::string(id), std::move(label));
+}
 
 std::string_view Labels::bind(std::string id, std::string label) {
   if (const auto before = by_label_.find(label); before != by_label_.end()) {
@@ -170,12 +179,8 @@ Result<Converted> read_stream(librdf_stream* stream, const GraphLimits& limits, 
     }
     rdf::TermId ids[3];
     for (int i = 0; i < 3; ++i) {
-      if (!views[i]->is_blank()) {
-        ids[i] = made.graph.intern(*views[i]);
-        continue;
-      }
-      const auto is_taken = [&](const std::string& label) { return made.graph.find(rdf::blank(label)).has_value(); };
-      ids[i] = made.graph.intern(rdf::blank(labels.label_of(views[i]->text, is_taken)));
+      if (views[i]->is_blank()) ids[i] = made.graph.intern(rdf::blank(labels.label_of(views[i]->text)));
+      else ids[i] = made.graph.intern(*views[i]);
     }
     made.graph.add(ids[0], ids[1], ids[2]);
     if (made.graph.size() > limits.max_triples)

@@ -34,24 +34,21 @@ using UriPointer = std::unique_ptr<librdf_uri, Free>;
 /// @param fault  gets why RDF 1.1 does not have it, if it does not
 std::optional<rdf::TermView> view_of(librdf_node* node, std::string& text, std::string& fault);
 
-/// Blank nodes of a model and their labels in a graph. Identifiers that are labels stay as they are.
+/// Blank nodes of a model and their labels in a graph. Identifiers that are labels stay as they are, except those that begin as the labels that are made
+/// here: so none of these is that of another blank node, whichever comes first.
 class Labels {
  public:
   /// The label of an identifier. The view is valid until the next call.
-  /// @param is_taken  callable of a label: another blank node of the graph has it
-  template <class IsTaken>
-  std::string_view label_of(std::string_view id, IsTaken is_taken) {
-    if (const auto known = by_id_.find(std::string(id)); known != by_id_.end()) return known->second;
-    if (is_label(id) && by_label_.count(std::string(id)) == 0) return id;
-    std::string label;
-    do label = "n" + std::to_string(next_++);
-    while (by_label_.count(label) != 0 || is_taken(label));
-    return bind(std::string(id), std::move(label));
-  }
+  std::string_view label_of(std::string_view id);
   /// The identifier of a label.
   std::string_view id_of(std::string_view label) const {
     const auto known = by_label_.find(std::string(label));
     return known == by_label_.end() ? label : std::string_view(known->second);
+  }
+  /// Nothing is shown any more.
+  void clear() noexcept {
+    by_id_.clear();
+    by_label_.clear();
   }
   /// A blank node has this label from now on. One that had it before has none any more.
   std::string_view bind(std::string id, std::string label);
@@ -71,7 +68,6 @@ class Labels {
   std::size_t size() const noexcept { return by_label_.size(); }
 
  private:
-  static bool is_label(std::string_view id) noexcept;
   std::unordered_map<std::string, std::string> by_id_, by_label_;  // to the other
   std::uint64_t next_ = 0;
 };

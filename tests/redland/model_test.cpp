@@ -271,6 +271,32 @@ TEST_CASE("blank nodes keep their labels, and those of clients are new in the mo
   CHECK(subjects.size() == 3);
 }
 
+TEST_CASE("each identifier of a model is a blank node of its own, also where it is no label", "[redland]") {
+  Stranger stranger(memory);
+  // As labels that are made, and before those that need one.
+  const std::vector<std::string> ids = {"n0", "n-0", "n-1", "n1", "a b", "<c>", "b0", "n-2"};
+  for (const std::string& id : ids) stranger.add(stranger.blank(id), stranger.uri(p), stranger.text("of " + id));
+  const std::size_t count = ids.size();
+  const auto subjects = [](const rdf::Graph& graph) {
+    std::set<std::string> found;
+    for (const rdf::Triple& t : graph.triples()) found.insert(std::string(graph.term(t.subject).text));
+    return found;
+  };
+  CHECK(subjects(redland::to_graph(stranger.model()).value().graph).size() == count);
+  Host host(stranger);
+  const rdf::Graph first = *host.model->graph().snapshot();
+  CHECK(first.size() == count);
+  CHECK(subjects(first).size() == count);
+  stranger.add(stranger.blank("n-7 "), stranger.uri(p), stranger.text("late"));
+  host.changed();
+  std::set<std::string> now = subjects(*host.model->graph().snapshot());
+  CHECK(now.size() == count + 1);
+  for (const std::string& label : subjects(first)) CHECK(now.count(label) == 1);
+  CHECK(host.patch("INSERT DATA { _:x <urn:p> \"a client's\" }").status == 204);
+  CHECK(subjects(*host.model->graph().snapshot()).size() == count + 2);
+  CHECK(stranger.has(stranger.blank("a b"), stranger.uri(p), stranger.text("of a b")));
+}
+
 TEST_CASE("IRIs of the server have a base in the model", "[redland]") {
   Stranger stranger(sqlite);
   stranger.add("https://robot.example/world/tasks#a", p, "1");
