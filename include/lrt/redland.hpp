@@ -151,7 +151,7 @@ class LRT_API Model {
   Counters counters() const;  ///< what has happened since attach()
 
   /// Ends the use of the model. Clients that GET or write the graph get 503 then, and queries see it empty. Waits for a
-  /// step that is running. An inert handle does nothing.
+  /// step that is running. state() says so afterwards, and changed() does nothing.
   void detach() noexcept;
 
  private:

@@ -65,7 +65,7 @@ Result<void> Model::state() const {
 Counters Model::counters() const { return impl_ ? impl_->counters() : Counters(); }
 
 void Model::detach() noexcept {
-  if (const std::shared_ptr<Impl> impl = std::move(impl_)) impl->detach();
+  if (impl_) impl_->detach();  // which others may be using: changed(), state()
 }
 
 }  // namespace v0

@@ -460,9 +460,17 @@ TEST_CASE("a thread of lrt owns the model, and the host calls it there", "[redla
         .value();
     host.until([&] { return host.get().graph().size() == 2; });
     CHECK(host.patch("INSERT DATA { <urn:a> <urn:p> '2', '3' }").status == 204);
+    std::atomic<bool> ends{false};
+    std::thread other([&] {
+      while (!ends) host.model->changed(), (void)host.model->state(), (void)host.model->counters();
+    });
     const auto thrown = host.model->call([](librdf_model*) { throw std::runtime_error("no"); });
+    host.model->detach();
+    ends = true;
+    other.join();
     REQUIRE_FALSE(thrown);
     CHECK(thrown.error().code == Errc::failed);
+    CHECK(host.model->state().error().message.find("closed") != std::string::npos);
   }
   CHECK(stranger.size() == 4);
 }
