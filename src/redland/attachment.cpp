@@ -24,6 +24,7 @@ namespace {
 constexpr std::size_t rows_between_looks = 16;  // at the clock
 constexpr int max_interruptions = 3;
 constexpr int max_given_back = 2;
+constexpr std::size_t max_readers = 4'096;  // that wait for the owner
 
 Refusal refuse(Kind kind, std::string why) { return lrt::model::GraphRefusal{kind, std::move(why)}; }
 
@@ -269,13 +270,18 @@ bool Model::Impl::work(Clock::time_point until) {
 
 void Model::Impl::read(Done done) {
   std::string fault;
+  std::vector<Done> late;
   {
     const std::lock_guard lock(mutex_);
     if (!is_detached_ && !is_stopped_ && options_.reading == Reading::each_time) {
+      // If the host does not poll, most of them have been answered with 503.
+      if (readers_.size() >= max_readers) late.swap(readers_);
       readers_.push_back(std::move(done));
-      return schedule();
+      schedule();
     }
   }
+  for (Done& one : late) one(unexpected(Errc::unavailable, "the robot's program has not read its model in time"));
+  if (!done) return;
   if (const auto state = state_.lock()) fault = state->fault();
   if (fault.empty()) return done({});
   done(unexpected(Errc::unavailable, fault));

@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "src/model/host_store.hpp"
 #include "tests/redland/host.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/event_stream.hpp"
@@ -499,6 +500,18 @@ TEST_CASE("a host that says nothing is read for each reader and each write", "[r
     host.model->detach();
     CHECK(stranger.size() == 1);
   }
+}
+
+TEST_CASE("readers that wait for a host which does not poll are bounded", "[redland]") {
+  Stranger stranger(memory);
+  stranger.add("urn:a", p, "0");
+  Host host(stranger, [](Options&, GraphOptions&, redland::Options& how) { how.reading = Reading::each_time; });
+  model::HostStore& store = *model::GraphAccess::state_of(host.model->graph())->store();
+  std::size_t told = 0, read = 0;
+  for (int i = 0; i < 10'000; ++i) store.read([&](const Result<void>& result) { ++(result ? read : told); });
+  CHECK(told == 2 * 4096);
+  host.until([&] { return read + told == 10'000; });
+  CHECK(read == 10'000 - 2 * 4096);
 }
 
 TEST_CASE("a hidden model is not counted, not queried, not named", "[redland]") {
