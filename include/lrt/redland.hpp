@@ -122,9 +122,9 @@ class LRT_API Model {
   /// @param graph    what clients may do, their limits, the shapes that judge their writes; what the host writes is shown
   ///                 as it is. `file`, `turtle` and what is about the disk: empty
   /// @par Errors  invalid_option: graph.file or graph.turtle is set, an option is out of range, Options::context with a
-  ///              storage without contexts, another Owner than other models of the librdf_world have; duplicate_path:
-  ///              the path, or the model is attached already; those of World::graph(); failed: the storage does not
-  ///              return its statements; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_rdf:
+  ///              storage without contexts, another Owner than other models of the librdf_world have; or World::graph()
+  ///              refuses the path or the options, and Server::add() returns why; duplicate_path: the model is attached
+  ///              already; io_error: no thread; failed: the storage does not return its statements; limit_exceeded: GraphOptions::max_triples, max_bytes; expected_rdf:
   ///              Options::refuses_foreign_terms. After one of reading, the World has the graph, which is 503.
   /// @par Time    Proportional to the model: 1 to 3 us for each statement.
   static Result<Model> attach(World& world, std::string_view path, librdf_model* model, Options options = {}, GraphOptions graph = {});

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "src/base/turns.hpp"
-#include "src/rdf/difference.hpp"
 
 // librdf 1.0.17 exports it and counts by it, but its headers do not declare it.
 extern "C" __attribute__((weak)) void librdf_model_add_reference(librdf_model* model);
@@ -37,6 +36,11 @@ bool says_full(std::string_view text) {
 /// What a storage has said, or that it has said nothing.
 std::string with_reason(std::string sentence, const std::string& reason) {
   return sentence.append(": ").append(reason.empty() ? "it gives no reason" : reason);
+}
+
+Refusal failed(const std::string& sentence, WorldUse::Listening& listening) {
+  const std::string why = listening.take();
+  return refuse(says_full(why) ? Kind::store_full : Kind::store_failed, with_reason(sentence, why));
 }
 
 }  // namespace
@@ -105,6 +109,11 @@ Result<void> Model::Impl::read_first() {
     }
     const auto state = state_.lock();
     if (!state) return;
+    {
+      const WorldUse::Listening listening(*use_);  // a storage that cannot now says so: it may later
+      has_transactions_ = librdf_model_transaction_start(model_) == 0;
+      if (has_transactions_) librdf_model_transaction_rollback(model_);
+    }
     try {
       begin_read(changes_.load(std::memory_order_acquire));
       (void)advance(*state, Clock::time_point::max());
@@ -452,6 +461,9 @@ Refusal Model::Impl::write(Make make) {
                   "the robot's program, which has this graph in a model of Redland, has not taken the change in time; nothing has changed");
   };
   const char* const stopping = "the server stops, or the World was removed";
+  // Nobody says that the model can be read again.
+  if (const auto state = state_.lock(); options_.reading == Reading::each_time && state && !state->fault().empty())
+    changes_.fetch_add(1, std::memory_order_acq_rel);
   std::unique_lock lock(mutex_);
   const auto wait = [&](auto is_over) {
     if (is_over()) return true;
@@ -468,11 +480,10 @@ Refusal Model::Impl::write(Make make) {
     const auto state = state_.lock();
     if (!state) return refuse(Kind::stopped, stopping);
     if (std::string fault = state->fault(); !fault.empty()) return refuse(Kind::late, std::move(fault));
-    Write write{state->version(), {}, attempt >= max_given_back ? &make : nullptr};
+    Write write{state->version(), {}, &make};
     lock.unlock();
-    auto made = make(write.before);
-    if (auto* const refused = std::get_if<GraphRefusal>(&made)) return std::move(*refused);
-    write.made = std::move(std::get<GraphState::Version>(made));
+    if (auto refused = make_change(write)) return refused;
+    if (attempt < max_given_back) write.make = nullptr;
     lock.lock();
     if (is_stopped_) return refuse(Kind::stopped, stopping);
     if (is_detached_) return refuse(Kind::late, state->fault());
@@ -495,6 +506,19 @@ void Model::Impl::settle(Write& write, Refusal outcome) noexcept {
   write.outcome = std::move(outcome);
   write.state = Write::State::done;
   settled_.notify_all();
+}
+
+/// On the version before.
+Refusal Model::Impl::make_change(Write& write) const {
+  auto made = (*write.make)(write.before);
+  if (auto* const refused = std::get_if<GraphRefusal>(&made)) return std::move(*refused);
+  write.made = std::move(std::get<GraphState::Version>(made));
+  const rdf::Graph &before = *write.before.graph, &after = *write.made.graph;
+  write.difference = &before == &after ? rdf::Difference() : rdf::difference(before, after);
+  if (write.difference.removed.size() + write.difference.added.size() > options_.max_write)
+    return refuse(Kind::too_large, "this change adds and removes more than " + std::to_string(options_.max_write) +
+                                       " statements, which one write may do, because the robot's program waits for it");
+  return std::nullopt;
 }
 
 void Model::Impl::carry_out(GraphState& state, Write& write) {
@@ -530,9 +554,7 @@ Refusal Model::Impl::try_write(GraphState& state, Write& write) {
   if (shown.revision != write.before.revision) {
     if (!write.make) return refuse(Kind::changed, {});
     write.before = shown;
-    auto made = (*write.make)(shown);
-    if (auto* const refused = std::get_if<GraphRefusal>(&made)) return std::move(*refused);
-    write.made = std::move(std::get<GraphState::Version>(made));
+    if (auto refused = make_change(write)) return refused;
   }
   if (!state.fault().empty()) return refuse(Kind::late, state.fault());
   Change change;
@@ -542,44 +564,48 @@ Refusal Model::Impl::try_write(GraphState& state, Write& write) {
 
   WorldUse::Listening listening(*use_);
   const bool is_transaction = librdf_model_transaction_start(model_) == 0;
+  has_transactions_ |= is_transaction;
   const std::string no_transaction = listening.take();
   if (!is_transaction && !no_transaction.empty()) return refuse(Kind::late, "the storage begins no transaction now: " + no_transaction);
+  // In it, the change would be lost if the program rolls it back.
+  if (!is_transaction && has_transactions_)
+    return refuse(Kind::late, "the robot's program has a transaction of this model open; nothing has changed");
   if (!is_transaction && count > 1 && !options_.allows_partial_writes)
-    return refuse(
-        Kind::unsupported,
-        "this change is more than one statement, and the storage of this model has no transactions (or the robot's program has one open): it "
-        "could be left half made. Change one statement at a time");
+    return refuse(Kind::unsupported,
+                  "this change is more than one statement, and the storage of this model has no transactions: it could be left half made. Change one "
+                  "statement at a time");
+  struct Unsure {  // also if memory is exhausted: whatever the storage has then is read, and not assumed
+    ~Unsure() {
+      if (is_open) librdf_model_transaction_rollback(self.model_);
+      if (!is_shown) self.changes_.fetch_add(1, std::memory_order_acq_rel);
+    }
+    Impl& self;
+    bool is_open, is_shown = false;
+  } unsure{*this, is_transaction};
   Refusal refused = apply(change, listening);
-  if (!refused && is_transaction && librdf_model_transaction_commit(model_) != 0) {
-    const std::string why = listening.take();
-    refused = refuse(says_full(why) ? Kind::store_full : Kind::store_failed, with_reason("the storage does not commit the change", why));
+  if (!refused && is_transaction) {
+    if (librdf_model_transaction_commit(model_) != 0) refused = failed("the storage does not commit the change", listening);
+    else unsure.is_open = false;
   }
   if (refused) {
-    // Whatever the storage has now is read, and not assumed.
-    if (is_transaction) librdf_model_transaction_rollback(model_);
-    changes_.fetch_add(1, std::memory_order_acq_rel);
     if (!is_transaction && count > 1) refused->message += "; part of the change may be in the model";
     return refused;
   }
   for (auto& [label, id] : change.labels) labels_.bind(std::move(id), std::move(label));
   (void)state.show(write.made.graph, write.made.bytes);
+  unsure.is_shown = true;
   return std::nullopt;
 }
 
 /// Makes the statements before anything is changed.
 Refusal Model::Impl::prepare(const Write& write, Change& change) {
   const rdf::Graph &before = *write.before.graph, &after = *write.made.graph;
-  if (&before == &after) return std::nullopt;
-  const rdf::Difference difference = rdf::difference(before, after);
-  if (difference.removed.size() + difference.added.size() > options_.max_write)
-    return refuse(Kind::too_large, "this change adds and removes more than " + std::to_string(options_.max_write) +
-                                       " statements, which one write may do, because the robot's program waits for it");
   std::string fault;
-  for (const rdf::Triple& t : difference.removed) {
+  for (const rdf::Triple& t : write.difference.removed) {
     change.removed.push_back(statement_of(before, t, change, fault));
     if (!change.removed.back()) return refuse(Kind::failed, fault);
   }
-  for (const rdf::Triple& t : difference.added) {
+  for (const rdf::Triple& t : write.difference.added) {
     for (const rdf::TermId id : {t.subject, t.object}) {
       const rdf::TermView term = after.term(id);
       if (!term.is_blank() || before.find(term)) continue;
@@ -632,11 +658,6 @@ bool same_object(librdf_statement* a, librdf_statement* b) {
   std::string texts[2], fault;
   const auto first = view_of(librdf_statement_get_object(a), texts[0], fault), second = view_of(librdf_statement_get_object(b), texts[1], fault);
   return first && second && *first == *second;
-}
-
-Refusal failed(const std::string& sentence, WorldUse::Listening& listening) {
-  const std::string why = listening.take();
-  return refuse(says_full(why) ? Kind::store_full : Kind::store_failed, with_reason(sentence, why));
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include <lrt/redland.hpp>
 
 #include "src/model/host_store.hpp"
+#include "src/rdf/difference.hpp"
 #include "src/redland/terms.hpp"
 #include "src/redland/world_use.hpp"
 
@@ -67,6 +68,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
         make;  ///< to make it again, if the model is another one: a host that changes it all the time would never let it pass; nullptr: it is given back
     enum class State : std::uint8_t { queued, running, done } state = State::queued;
     std::optional<GraphRefusal> outcome{};
+    rdf::Difference difference{};  ///< of the two versions
   };
   /// A snapshot that is being made.
   struct Pass {
@@ -97,6 +99,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   void drop_read() noexcept;
 
   void carry_out(GraphState& state, Write& write);
+  std::optional<GraphRefusal> make_change(Write& write) const;
   std::optional<GraphRefusal> try_write(GraphState& state, Write& write);
   struct Change;
   std::optional<GraphRefusal> prepare(const Write& write, Change& change);
@@ -124,6 +127,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   Labels labels_;
   std::unique_ptr<Pass> pass_;
   int interruptions_ = 0;
+  bool has_transactions_ = false;  ///< the storage has begun one
   std::string last_fault_, last_example_;
 
   mutable std::mutex mutex_;  // guards the rest, for moments

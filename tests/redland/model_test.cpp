@@ -119,7 +119,6 @@ TEST_CASE("a host that changes the model in each turn does not starve readers or
       how.owner = owner;
       how.max_write = 1000;
       how.max_step = std::chrono::microseconds(100);
-      how.write_timeout = std::chrono::seconds(25);
     });
     int turn = 0;
     host.in_turn = [&] {
@@ -502,6 +501,21 @@ TEST_CASE("a host that says nothing is read for each reader and each write", "[r
   }
 }
 
+TEST_CASE("a write reads the model of a host that says nothing, also after a read that has failed", "[redland]") {
+  Stranger stranger(trees);
+  for (int i = 0; i < 5; ++i) stranger.add("urn:a", p, std::to_string(i));
+  Host host(stranger, [](Options&, GraphOptions& graph, redland::Options& how) {
+    how.reading = Reading::each_time;
+    graph.max_triples = 6;
+  });
+  for (int i = 5; i < 9; ++i) stranger.add("urn:a", p, std::to_string(i));
+  CHECK(host.patch("INSERT DATA { <urn:a> <urn:p> 'x' }").status == 503);
+  CHECK(host.get().status == 503);
+  for (int i = 5; i < 9; ++i) stranger.remove("urn:a", p, std::to_string(i));
+  CHECK(host.patch("INSERT DATA { <urn:a> <urn:p> 'x' }").status == 204);
+  CHECK(stranger.size() == 6);
+}
+
 TEST_CASE("readers that wait for a host which does not poll are bounded", "[redland]") {
   Stranger stranger(memory);
   stranger.add("urn:a", p, "0");
@@ -512,6 +526,19 @@ TEST_CASE("readers that wait for a host which does not poll are bounded", "[redl
   CHECK(told == 2 * 4096);
   host.until([&] { return read + told == 10'000; });
   CHECK(read == 10'000 - 2 * 4096);
+}
+
+TEST_CASE("a write does not go into a transaction that the host has open", "[redland]") {
+  Stranger stranger(sqlite);
+  Host host(stranger);
+  librdf_model_transaction_start(stranger.model());
+  const Answer refused = host.patch("INSERT DATA { <urn:a> <urn:p> 1 }");
+  CHECK(refused.status == 503);
+  CHECK(refused.says("a transaction of this model open"));
+  librdf_model_transaction_rollback(stranger.model());
+  CHECK(host.patch("INSERT DATA { <urn:a> <urn:p> 1 }").status == 204);
+  CHECK(host.ask("POST /world/tasks\nContent-Type: text/turtle\n\n<urn:b> <urn:p> 2, [] .").status == 204);
+  CHECK(stranger.size() == 3);
 }
 
 TEST_CASE("a hidden model is not counted, not queried, not named", "[redland]") {
