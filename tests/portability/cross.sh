@@ -35,7 +35,7 @@ if (($# > 0)); then
 else
   modules=(base rdf http)
   name=$arch
-  for option in REDLAND ASIO_LOOP LIBWEBSOCKETS CALLBACKS CLIENT QUERY MQTT PROTOBUF ROS2 URDF PAGE; do options+=("-DLRT_$option=OFF"); done
+  for option in REDLAND ASIO_LOOP LIBWEBSOCKETS CALLBACKS CLIENT QUERY MQTT PROTOBUF LIBRDF ROS2 URDF PAGE; do options+=("-DLRT_$option=OFF"); done
   LRT_PACKAGES="libc6-dev libstdc++6 libpcre2-dev libssl-dev nlohmann-json3-dev catch2" tests/portability/sysroot.sh "$arch"
 fi
 sysroot=$root/build/sysroot/$name
