@@ -564,19 +564,20 @@ Refusal Model::Impl::try_write(GraphState& state, Write& write) {
 
   WorldUse::Listening listening(*use_);
   const bool is_transaction = librdf_model_transaction_start(model_) == 0;
-  has_transactions_ |= is_transaction;
+  if (is_transaction) has_transactions_ = true, lost_transactions_ = false;
   const std::string no_transaction = listening.take();
   if (!is_transaction && !no_transaction.empty()) return refuse(Kind::late, "the storage begins no transaction now: " + no_transaction);
   // In it, the change would be lost if the program rolls it back.
-  if (!is_transaction && has_transactions_)
+  if (!is_transaction && has_transactions_ && !lost_transactions_)
     return refuse(Kind::late, "the robot's program has a transaction of this model open; nothing has changed");
   if (!is_transaction && count > 1 && !options_.allows_partial_writes)
-    return refuse(Kind::unsupported,
-                  "this change is more than one statement, and the storage of this model has no transactions: it could be left half made. Change one "
-                  "statement at a time");
+    return refuse(Kind::unsupported, std::string("this change is more than one statement, and the storage of this model has no transactions") +
+                                         (lost_transactions_ ? " since an error, until the robot's program opens it again" : "") +
+                                         ": it could be left half made. Change one statement at a time");
   struct Unsure {  // also if memory is exhausted: whatever the storage has then is read, and not assumed
     ~Unsure() {
-      if (is_open) librdf_model_transaction_rollback(self.model_);
+      // SQLite ends a transaction by itself when the disk fails or is full. librdf 1.0.17 then takes it for open for ever.
+      if (is_open && librdf_model_transaction_rollback(self.model_) != 0) self.lost_transactions_ = true;
       if (!is_shown) self.changes_.fetch_add(1, std::memory_order_acq_rel);
     }
     Impl& self;

@@ -127,7 +127,8 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   Labels labels_;
   std::unique_ptr<Pass> pass_;
   int interruptions_ = 0;
-  bool has_transactions_ = false;  ///< the storage has begun one
+  bool has_transactions_ = false;   ///< the storage has begun one
+  bool lost_transactions_ = false;  ///< until the host opens the storage again: librdf takes one that SQLite has ended for open
   std::string last_fault_, last_example_;
 
   mutable std::mutex mutex_;  // guards the rest, for moments

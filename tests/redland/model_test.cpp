@@ -184,7 +184,12 @@ TEST_CASE("a storage that cannot write is 500, and the graph is as it was", "[re
   CHECK(refused.status == 500);
   CHECK(refused.says("disk I/O error"));
   CHECK(host.get().graph().size() == 20);
+  // librdf takes the transaction for open that SQLite has ended.
   CHECK(host.patch("INSERT DATA { <urn:b> <urn:p> 1 }").status == 204);
+  CHECK(stranger.size() == 21);
+  const Answer several = host.patch("INSERT DATA { <urn:b> <urn:p> 2, 3 }");
+  CHECK(several.status == 501);
+  CHECK(several.says("since an error, until the robot's program opens it again"));
   CHECK(stranger.size() == 21);
 }
 
