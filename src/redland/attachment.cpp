@@ -109,11 +109,6 @@ Result<void> Model::Impl::read_first() {
     }
     const auto state = state_.lock();
     if (!state) return;
-    {
-      const WorldUse::Listening listening(*use_);  // a storage that cannot now says so: it may later
-      has_transactions_ = librdf_model_transaction_start(model_) == 0;
-      if (has_transactions_) librdf_model_transaction_rollback(model_);
-    }
     try {
       begin_read(changes_.load(std::memory_order_acquire));
       (void)advance(*state, Clock::time_point::max());
@@ -293,6 +288,13 @@ void Model::Impl::read(Done done) {
   if (!done) return;
   if (const auto state = state_.lock()) fault = state->fault();
   if (fault.empty()) return done({});
+  {
+    const std::lock_guard lock(mutex_);
+    if (may_recover_ && is_current()) {
+      changes_.fetch_add(1, std::memory_order_acq_rel);
+      schedule();
+    }
+  }
   done(unexpected(Errc::unavailable, fault));
 }
 
@@ -310,6 +312,7 @@ void Model::Impl::begin_read(std::uint64_t changes) {
   }
   WorldUse::Listening listening(*use_);
   pass_->stream.reset(context_ ? librdf_model_context_as_stream(model_, context_.get()) : librdf_model_as_stream(model_));
+  pass_->storage_fails = !pass_->stream;
   if (!pass_->stream) read_ended(*state, with_reason("the storage returns no statements", listening.take()));
 }
 
@@ -324,14 +327,17 @@ bool Model::Impl::advance(GraphState& state, Clock::time_point until) {
       if (++rows % rows_between_looks == 0 && Clock::now() >= until) return false;
       librdf_statement* const statement = librdf_stream_get_object(pass.stream.get());
       std::string fault = statement ? take(pass, statement) : with_reason("the storage does not return a statement", listening.take());
+      pass.storage_fails = !statement;
       if (!fault.empty()) return read_ended(state, fault), true;
       ++pass.rows;
     }
+    pass.storage_fails = true;
     pass.stream.reset();
     if (const std::string said = listening.take(); !said.empty()) return read_ended(state, "the storage cannot be read: " + said), true;
     const int size = context_ ? -1 : librdf_model_size(model_);
     if (size > 0 && pass.rows < static_cast<std::size_t>(size))
       return read_ended(state, "the storage has " + std::to_string(size) + " statements and returns " + std::to_string(pass.rows)), true;
+    pass.storage_fails = false;
     pass.compares = true;
   }
   if (!pass.anew && pass.known < pass.before.graph->size()) {
@@ -417,6 +423,7 @@ std::string Model::Impl::finish(GraphState& state, Pass& pass) {
 void Model::Impl::read_ended(GraphState& state, const std::string& fault) {
   const std::unique_ptr<Pass> pass = std::move(pass_);
   interruptions_ = 0;
+  may_recover_ = !fault.empty() && (pass->storage_fails || options_.reading == Reading::each_time);
   if (fault.empty()) {
     last_fault_.clear();
   } else if (fault != state.fault()) {
@@ -461,10 +468,8 @@ Refusal Model::Impl::write(Make make) {
                   "the robot's program, which has this graph in a model of Redland, has not taken the change in time; nothing has changed");
   };
   const char* const stopping = "the server stops, or the World was removed";
-  // Nobody says that the model can be read again.
-  if (const auto state = state_.lock(); options_.reading == Reading::each_time && state && !state->fault().empty())
-    changes_.fetch_add(1, std::memory_order_acq_rel);
   std::unique_lock lock(mutex_);
+  if (may_recover_ && is_current()) changes_.fetch_add(1, std::memory_order_acq_rel);
   const auto wait = [&](auto is_over) {
     if (is_over()) return true;
     const Turns::Waiting others_work;
@@ -564,20 +569,17 @@ Refusal Model::Impl::try_write(GraphState& state, Write& write) {
 
   WorldUse::Listening listening(*use_);
   const bool is_transaction = librdf_model_transaction_start(model_) == 0;
-  if (is_transaction) has_transactions_ = true, lost_transactions_ = false;
   const std::string no_transaction = listening.take();
   if (!is_transaction && !no_transaction.empty()) return refuse(Kind::late, "the storage begins no transaction now: " + no_transaction);
-  // In it, the change would be lost if the program rolls it back.
-  if (!is_transaction && has_transactions_ && !lost_transactions_)
-    return refuse(Kind::late, "the robot's program has a transaction of this model open; nothing has changed");
   if (!is_transaction && count > 1 && !options_.allows_partial_writes)
-    return refuse(Kind::unsupported, std::string("this change is more than one statement, and the storage of this model has no transactions") +
-                                         (lost_transactions_ ? " since an error, until the robot's program opens it again" : "") +
-                                         ": it could be left half made. Change one statement at a time");
+    return refuse(
+        Kind::unsupported,
+        "this change is more than one statement, and the storage of this model begins no transaction (it has none, or the robot's program has "
+        "one open, or an error of the disk has ended one, and the program has to open the storage again): it could be left half made. Change "
+        "one statement at a time");
   struct Unsure {  // also if memory is exhausted: whatever the storage has then is read, and not assumed
     ~Unsure() {
-      // SQLite ends a transaction by itself when the disk fails or is full. librdf 1.0.17 then takes it for open for ever.
-      if (is_open && librdf_model_transaction_rollback(self.model_) != 0) self.lost_transactions_ = true;
+      if (is_open) librdf_model_transaction_rollback(self.model_);
       if (!is_shown) self.changes_.fetch_add(1, std::memory_order_acq_rel);
     }
     Impl& self;

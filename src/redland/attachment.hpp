@@ -80,6 +80,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
     std::vector<bool> seen{};  ///< by place in the version before
     std::size_t rows = 0, known = 0, left_out = 0;
     std::string example{};  ///< of what was left out
+    bool storage_fails = false;
     bool compares = false;  ///< the stream is over: what was not seen is removed
     std::optional<rdf::Graph::Matches> all{};
     rdf::Graph::Matches::iterator at{};  ///< of `all`
@@ -120,6 +121,7 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   std::shared_ptr<WorldUse> use_;
   std::weak_ptr<GraphState> state_;  ///< which owns this
   std::atomic<std::uint64_t> changes_{1};
+  std::atomic<bool> may_recover_{false};  ///< the storage has failed, and nobody may say when it can be read again
 
   // The owner's.
   librdf_model* model_;
@@ -127,8 +129,6 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   Labels labels_;
   std::unique_ptr<Pass> pass_;
   int interruptions_ = 0;
-  bool has_transactions_ = false;   ///< the storage has begun one
-  bool lost_transactions_ = false;  ///< until the host opens the storage again: librdf takes one that SQLite has ended for open
   std::string last_fault_, last_example_;
 
   mutable std::mutex mutex_;  // guards the rest, for moments

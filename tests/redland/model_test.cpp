@@ -67,7 +67,7 @@ TEST_CASE("a model of each storage is read, queried and written", "[redland]") {
     const Answer several = host.patch("INSERT DATA { <urn:d> <urn:p> 1, 2 }");
     CHECK(several.status == (kind.has_transactions ? 204 : 501));
     CHECK(stranger.size() == (kind.has_transactions ? 5 : 3));
-    if (!kind.has_transactions) CHECK(several.says("no transactions"));
+    if (!kind.has_transactions) CHECK(several.says("no transaction"));
     CHECK(host.model->counters().writes == (kind.has_transactions ? 3 : 2));
     // What a client has written is what the model says.
     const std::string before = host.get().tag();
@@ -184,12 +184,12 @@ TEST_CASE("a storage that cannot write is 500, and the graph is as it was", "[re
   CHECK(refused.status == 500);
   CHECK(refused.says("disk I/O error"));
   CHECK(host.get().graph().size() == 20);
-  // librdf takes the transaction for open that SQLite has ended.
+  // librdf 1.0.17 takes the transaction for open that SQLite has ended.
   CHECK(host.patch("INSERT DATA { <urn:b> <urn:p> 1 }").status == 204);
   CHECK(stranger.size() == 21);
   const Answer several = host.patch("INSERT DATA { <urn:b> <urn:p> 2, 3 }");
   CHECK(several.status == 501);
-  CHECK(several.says("since an error, until the robot's program opens it again"));
+  CHECK(several.says("has to open the storage again"));
   CHECK(stranger.size() == 21);
 }
 
@@ -533,17 +533,13 @@ TEST_CASE("readers that wait for a host which does not poll are bounded", "[redl
   CHECK(read == 10'000 - 2 * 4096);
 }
 
-TEST_CASE("a write does not go into a transaction that the host has open", "[redland]") {
+TEST_CASE("POST adds to a model", "[redland]") {
   Stranger stranger(sqlite);
+  stranger.add("urn:a", p, "1");
   Host host(stranger);
-  librdf_model_transaction_start(stranger.model());
-  const Answer refused = host.patch("INSERT DATA { <urn:a> <urn:p> 1 }");
-  CHECK(refused.status == 503);
-  CHECK(refused.says("a transaction of this model open"));
-  librdf_model_transaction_rollback(stranger.model());
-  CHECK(host.patch("INSERT DATA { <urn:a> <urn:p> 1 }").status == 204);
   CHECK(host.ask("POST /world/tasks\nContent-Type: text/turtle\n\n<urn:b> <urn:p> 2, [] .").status == 204);
   CHECK(stranger.size() == 3);
+  CHECK(missing(host.get(), "<urn:a> <urn:p> '1' . <urn:b> <urn:p> 2, [] .").empty());
 }
 
 TEST_CASE("a hidden model is not counted, not queried, not named", "[redland]") {
