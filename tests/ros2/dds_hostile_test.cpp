@@ -3,9 +3,13 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <string>
+#include <thread>
+#include <vector>
 
 #include <lrt/ros2/graph.hpp>
 
@@ -58,11 +62,26 @@ std::string writer(const Prefix& from, std::uint32_t number, const std::string& 
                                parameter(0x07, name("std_msgs::msg::dds_::String_")) + parameter(0x1a, le32(2) + le32(0) + le32(0)) + end());
 }
 
+/// A participant says that it is gone.
+std::string farewell(const Prefix& from) {
+  const std::string key = std::string("\0\3\0\0", 4) + parameter(0x50, text(from) + be32(0x1c1)) + end();
+  return head(from) +
+         submessage(0x15, 0x0b, le16(0) + le16(16) + be32(0) + be32(0x100c2) + le32(0) + le32(2) + parameter(0x71, be32(3)) + end() + key);
+}
+
+/// Memory of this process.
+std::size_t resident_kib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (word == "VmRSS:") return status >> word, std::stoul(word);
+  return 0;
+}
+
 /// Whether a peer that comes now is found, and read.
 bool goes_on(const Domain& domain, Graph& graph) {
   Peer peer = cyclone(domain);
   peer.tell("writer w /robot reliable volatile");
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription = graph.subscribe("/robot", string_type, texts.sink()).value();
   return eventually([&] {
     peer.tell("write w hello");
@@ -76,7 +95,7 @@ TEST_CASE("malformed packets are dropped and counted, and the robot goes on", "[
   const Domain domain;
   Graph graph = join(domain);
   Attacker attacker(domain);
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription = graph.subscribe("/a", string_type, texts.sink()).value();
   std::mt19937 random(11);
   const Prefix from = prefix(1);
@@ -94,7 +113,7 @@ TEST_CASE("malformed packets are dropped and counted, and the robot goes on", "[
   attacker.send(writer(from, 1, "rt/a"));
   for (int round = 0; round < 12'000; ++round) {
     std::string packet = seeds[random() % seeds.size()];
-    for (unsigned i = random() % 5; i != 0; --i) packet[8 + random() % (packet.size() - 8)] = static_cast<char>(random());
+    for (std::size_t i = random() % 5; i != 0; --i) packet[8 + random() % (packet.size() - 8)] = static_cast<char>(random());
     if (random() % 4 == 0) packet.resize(random() % (packet.size() + 1));
     attacker.send(packet, random() % 2 == 0);
     if (round % 64 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -105,7 +124,7 @@ TEST_CASE("malformed packets are dropped and counted, and the robot goes on", "[
 
 TEST_CASE("participants beyond the limit find no room until others are gone", "[ros2][hostile]") {
   const Domain domain;
-  GraphOptions options;
+  ros2::GraphOptions options;
   options.limits.max_participants = 8;
   Graph graph = join(domain, std::move(options));
   Attacker attacker(domain);
@@ -120,15 +139,63 @@ TEST_CASE("participants beyond the limit find no room until others are gone", "[
   CHECK(goes_on(domain, graph));  // their leases end
 }
 
+TEST_CASE("a stranger with 10,000 endpoints and names of 255 characters takes no more than its share, and the robot goes on", "[ros2][hostile]") {
+  const Domain domain;
+  ros2::GraphOptions options;
+  options.limits.max_endpoints_of_participant = 1'000;
+  options.limits.max_endpoints = 3'000;
+  Graph graph = join(domain, std::move(options));
+  Attacker attacker(domain);
+  const std::size_t before = resident_kib();
+  // Four participants with 2,500 writers each.
+  REQUIRE(eventually([&] {
+    for (std::uint8_t id = 1; id <= 4; ++id) attacker.send(announcement(prefix(id), 300));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return graph.counters().participants == 4;
+  }));
+  // Fast DDS processes them in their order: what the system dropped is sent again in the next round.
+  const auto judged = [&] { return graph.counters().refused_endpoints + graph.counters().endpoints; };
+  const auto announce = [&] {
+    std::uint32_t sent = 0;
+    for (std::uint32_t number = 1; number <= 2'500; ++number) {
+      std::string topic = "rt/a" + std::to_string(number) + "_";
+      topic.resize(255, 'x');
+      for (std::uint8_t id = 1; id <= 4; ++id) {
+        attacker.send(writer(prefix(id), number, topic));
+        if (++sent % 16 != 0) continue;
+        const auto now = judged();  // not much faster than they are processed
+        for (int i = 0; i < 200 && judged() == now; ++i) std::this_thread::yield();
+      }
+    }
+  };
+  CHECK(eventually([&] {
+    announce();
+    return graph.counters().refused_endpoints >= 7'000 && graph.counters().endpoints == 3'000;
+  }));
+  CHECK(graph.counters().endpoints == 3'000);
+  // The four have the same names, of which each has at most 1,000.
+  CHECK(eventually([&] { return graph.snapshot()->topics.size() >= 750; }));
+  CHECK(graph.snapshot()->topics.size() <= 1'000);
+  const std::size_t under = resident_kib();
+  CHECK(eventually([&] {  // they say goodbye
+    for (std::uint8_t id = 1; id <= 4; ++id) attacker.send(farewell(prefix(id)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return graph.counters().endpoints == 0 && graph.counters().participants == 0;
+  }));
+  CHECK(goes_on(domain, graph));
+  std::cout << "10,000 announcements of writers with names of 255 characters: " << before << " KiB before, " << under << " KiB with 3,000 of them, "
+            << resident_kib() << " KiB afterwards\n";
+}
+
 TEST_CASE("samples that are too large are dropped and counted, and what comes after them is read", "[ros2][hostile]") {
   const Domain domain;
-  GraphOptions options;
+  ros2::GraphOptions options;
   options.limits.max_sample_bytes = 50'000;
   Graph graph = join(domain, std::move(options));
   Peer peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), "2000"});
   peer.tell("writer w /large reliable volatile");
   std::atomic<std::size_t> largest{0};
-  Texts texts;
+  ReceivedTexts texts;
   const auto subscription =
       graph.subscribe("/large", string_type, [&](Sample&& sample) { largest = std::max(largest.load(), sample.payload->size()); }).value();
   const auto same = graph.subscribe("/large", string_type, texts.sink()).value();

@@ -192,7 +192,7 @@ TEST_CASE("no packet makes the guard read or write beyond it", "[ros2][guard]") 
                                           head(prefix(1)) + submessage(0x12, 1, std::string(32, '\1'))};
   for (int round = 0; round < 40'000; ++round) {
     std::string packet = seeds[random() % seeds.size()];
-    for (unsigned i = random() % 6; i != 0; --i) packet[random() % packet.size()] = static_cast<char>(random());
+    for (std::size_t i = random() % 6; i != 0; --i) packet[random() % packet.size()] = static_cast<char>(random());
     if (random() % 3 == 0) packet.resize(random() % (packet.size() + 1));
     if (random() % 8 == 0) packet += seeds[random() % seeds.size()].substr(20);
     // A copy of its own size, so that sanitizers see what lies beyond.

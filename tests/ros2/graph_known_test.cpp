@@ -120,7 +120,8 @@ TEST_CASE("the order of endpoints does not depend on time, and nodes cannot clai
   Fixture graph;
   graph.participant(1, cyclone, "");
   graph.participant(2, cyclone, "");
-  for (const std::uint8_t entity : {9, 3, 7}) graph.known.found(dds::EndpointData{gid(1, entity, 3), true, "rt/a", "a::msg::dds_::B_", "", {}});
+  for (const std::uint8_t entity : {std::uint8_t{9}, std::uint8_t{3}, std::uint8_t{7}})
+    graph.known.found(dds::EndpointData{gid(1, entity, 3), true, "rt/a", "a::msg::dds_::B_", "", {}});
   graph.known.nodes(prefix_of(gid(1, 0)), ParticipantEntities{16, {{"/one", {}, {gid(1, 3, 3)}}}});
   graph.known.nodes(prefix_of(gid(2, 0)), ParticipantEntities{16, {{"/two", {}, {gid(1, 7, 3)}}}});
   const auto seen = graph.known.snapshot(1);

@@ -30,7 +30,7 @@ inline Peer cyclone(const Domain& domain, int lease_ms = 2000, const std::string
 inline std::string text_payload(std::string_view text) { return ros2::CdrWriter().text(text).payload(); }
 inline std::string text_of(std::string_view payload) { return std::string(ros2::CdrReader(payload).text()); }
 
-/// ReceivedTexts that a sink has got.
+/// Texts that a sink has got.
 class ReceivedTexts {
  public:
   ros2::Sink sink() {

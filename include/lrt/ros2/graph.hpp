@@ -79,16 +79,16 @@ struct Qos {
 
 /// A reader or writer of others.
 struct Endpoint {
-  Gid gid{};
+  Gid gid{};           ///< its identity
   std::string node{};  ///< "/arm/driver"; empty: not known (yet)
   std::string type{};  ///< "sensor_msgs/msg/Imu"; a type that is not of ROS 2 as DDS names it
   std::string hash{};  ///< see Message::hash; empty: not announced (Humble, Cyclone's own programs)
-  Qos qos{};
+  Qos qos{};           ///< that it offers, or asks for
 };
 
 /// A topic, by its name in ROS: "/joint_states".
 struct Topic {
-  std::string name{};
+  std::string name{};               ///< in ROS
   std::vector<Endpoint> writers{};  ///< in order of their gids, so of no time
   std::vector<Endpoint> readers{};  ///< the same
 };
@@ -102,7 +102,7 @@ enum class IdentityForm : std::uint8_t {
 
 /// A service, by its name in ROS: "/gripper/open". Services of actions are not among them.
 struct ServiceInfo {
-  std::string name{};
+  std::string name{};                         ///< in ROS
   std::string type{};                         ///< "std_srvs/srv/Trigger"
   std::string hash{};                         ///< of the service's type; empty: not announced
   std::vector<std::string> nodes{};           ///< that serve it
@@ -112,7 +112,7 @@ struct ServiceInfo {
 
 /// An action, by its name in ROS: "/arm/follow_joint_trajectory".
 struct ActionInfo {
-  std::string name{};
+  std::string name{};                ///< in ROS
   std::string type{};                ///< "control_msgs/action/FollowJointTrajectory"
   std::vector<std::string> nodes{};  ///< that serve it
   bool is_ready = false;             ///< its three services are ready
@@ -129,11 +129,11 @@ struct NodeInfo {
 
 /// Who is there at one time. Each list is in order of the names. This graph's own node and endpoints are not in it.
 struct GraphSnapshot {
-  std::uint64_t version = 0;  ///< grows with each change
-  std::vector<NodeInfo> nodes{};
-  std::vector<Topic> topics{};  ///< without those of services and actions, and without ros_discovery_info
-  std::vector<ServiceInfo> services{};
-  std::vector<ActionInfo> actions{};
+  std::uint64_t version = 0;            ///< grows with each change
+  std::vector<NodeInfo> nodes{};        ///< that ros_discovery_info names
+  std::vector<Topic> topics{};          ///< without those of services and actions, and without ros_discovery_info
+  std::vector<ServiceInfo> services{};  ///< without those of actions
+  std::vector<ActionInfo> actions{};    ///< that have a server
 
   /// @{
   /// By name; nullptr: it is not there. Valid as long as the snapshot.
@@ -306,19 +306,21 @@ enum class ParameterType : std::uint8_t {
 };
 /// A parameter of a node, with its descriptor.
 struct Parameter {
-  std::string name{};
-  ParameterType type = ParameterType::not_set;
+  std::string name{};                           ///< "max_speed", "arm.gains"
+  ParameterType type = ParameterType::not_set;  ///< of its value
   /// boolean, integer, real, text; bytes: a text in base64; lists: a sequence; null: not set
   rdf::Value value{};
   std::string description{};  ///< of the descriptor
   std::string constraints{};  ///< `additional_constraints` of the descriptor, a sentence
   bool read_only = false;     ///< it cannot be set while the node runs
   bool dynamic_type = false;  ///< it may be set to a value of another type
-  /// Range of integers and reals; `step` 0: any value in it. nullopt: none
+  /// The range of an integer or a real.
   struct Range {
-    double from = 0, to = 0, step = 0;
+    double from = 0;  ///< least value
+    double to = 0;    ///< greatest value
+    double step = 0;  ///< between two values, from `from` on; 0: any value
   };
-  std::optional<Range> range{};
+  std::optional<Range> range{};  ///< of the descriptor; nullopt: none
 };
 
 /// A graph of ROS 2: one participant of DDS in one domain.
