@@ -1,11 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # The peers of the tests of the graph: Eclipse Cyclone DDS with types of idlc, and Fast DDS.
-find_program(LRT_IDLC idlc)
-find_package(CycloneDDS CONFIG QUIET)
 find_package(Fastdds REQUIRED)
-if(NOT LRT_IDLC OR NOT TARGET CycloneDDS::ddsc)
-  message(FATAL_ERROR "lrt: the tests of ros2 need Cyclone DDS (Debian: cyclonedds-dev cyclonedds-tools; vendor/install.sh tests)")
-endif()
 add_custom_command(
   OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/ros2_peers/graph_peer.c ${CMAKE_CURRENT_BINARY_DIR}/ros2_peers/graph_peer.h
   COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_CURRENT_BINARY_DIR}/ros2_peers

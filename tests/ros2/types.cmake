@@ -2,18 +2,12 @@
 # Of definitions and CDR: Fast CDR and Cyclone DDS as oracles, and a peer for those of npm.
 find_package(fastcdr CONFIG REQUIRED)
 target_link_libraries(test_ros2 PRIVATE fastcdr)
-if(CycloneDDS_FOUND)
-  idlc_generate(TARGET lrt_test_codec_types FILES ${CMAKE_CURRENT_LIST_DIR}/types/lrt_codec.idl WARNINGS no-implicit-extensibility)
-  # A library of its own: the precompiled headers of test_ros2 are not of C.
-  add_library(lrt_test_codec STATIC ${CMAKE_CURRENT_BINARY_DIR}/lrt_codec.c)
-  target_link_libraries(lrt_test_codec PUBLIC CycloneDDS::ddsc)
-  target_include_directories(lrt_test_codec SYSTEM PUBLIC ${CMAKE_CURRENT_BINARY_DIR})
-  target_link_libraries(test_ros2 PRIVATE lrt_test_codec)
-else()
-  get_target_property(lrt_sources test_ros2 SOURCES)
-  list(FILTER lrt_sources EXCLUDE REGEX "cyclone_test")
-  set_target_properties(test_ros2 PROPERTIES SOURCES "${lrt_sources}")
-endif()
+idlc_generate(TARGET lrt_test_codec_types FILES ${CMAKE_CURRENT_LIST_DIR}/types/lrt_codec.idl WARNINGS no-implicit-extensibility)
+# A library of its own: the precompiled headers of test_ros2 are not of C.
+add_library(lrt_test_codec STATIC ${CMAKE_CURRENT_BINARY_DIR}/lrt_codec.c)
+target_link_libraries(lrt_test_codec PUBLIC CycloneDDS::ddsc)
+target_include_directories(lrt_test_codec SYSTEM PUBLIC ${CMAKE_CURRENT_BINARY_DIR})
+target_link_libraries(test_ros2 PRIVATE lrt_test_codec)
 
 add_executable(ros2_codec_peer ros2/codec_peer.cpp)
 lrt_target_defaults(ros2_codec_peer)
