@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the tests of lrt-ros2 share: a domain of their own on the loopback interface, the simulated robot, the program."""
+import fcntl
 import os
 import queue
 import re
@@ -24,13 +25,16 @@ def until(condition, what):
 
 
 class Domain:
-    """A domain that no other test of this machine has: a name in the abstract namespace of sockets, and the port of its multicast."""
+    """A domain that no other test of this machine has: by the files of tests/ros2/peer.hpp, and the port of its multicast, which other programs have."""
 
     def __init__(self):
-        for number in range(40, 100):
-            self.lock = socket.socket(socket.AF_UNIX)
+        folder = "/tmp/lrt_test_ros2_domains_%d" % os.geteuid()
+        os.makedirs(folder, mode=0o700, exist_ok=True)
+        for i in range(100):
+            number = 1 + (os.getpid() + 50 + i) % 100
+            self.lock = open(os.path.join(folder, str(number)), "w", encoding="utf-8")
             try:
-                self.lock.bind("\0lrt-test-domain-%d" % number)
+                fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
                     probe.bind(("", 7400 + 250 * number))
                 self.number = number
