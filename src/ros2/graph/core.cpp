@@ -17,6 +17,7 @@ constexpr const char* entities_topic = "ros_discovery_info";
 constexpr const char* entities_type = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
 constexpr std::chrono::milliseconds patience_for_heartbeat{1000};  ///< of a server that is matched
 constexpr std::size_t max_idle_clients = 64;
+constexpr unsigned max_jobs_in_a_row = 64;     ///< strangers can send samples without end: deadlines have their turn
 constexpr std::chrono::seconds idle_life{30};  ///< of a client or the readers of an action without work
 
 bool has_encapsulation(std::string_view payload) noexcept { return payload.size() >= 4 && payload[0] == 0 && (payload[1] == 0 || payload[1] == 1); }
@@ -461,7 +462,7 @@ void GraphCore::run() {
     condition_.notify_all();
   }
   if (failed) return;
-  for (;;) {
+  for (unsigned in_a_row = 0;;) {
     UniqueFunction<void()> job;
     {
       std::unique_lock<std::mutex> lock(mutex_);
@@ -472,15 +473,16 @@ void GraphCore::run() {
       if (next == TimePoint::max()) condition_.wait(lock, is_due);
       else condition_.wait_until(lock, next, is_due);
       if (closing_) break;
-      if (!jobs_.empty()) {
-        job = std::move(jobs_.front());
-        jobs_.pop_front();
-      } else if (!timers_.empty() && timers_.begin()->first <= std::chrono::steady_clock::now()) {
+      if (!timers_.empty() && timers_.begin()->first <= std::chrono::steady_clock::now()) {
         job = std::move(timers_.begin()->second);
         timers_.erase(timers_.begin());
+      } else if (!jobs_.empty() && in_a_row < max_jobs_in_a_row) {
+        job = std::move(jobs_.front());
+        jobs_.pop_front();
       }
       if (!job) woken_ = false;
     }
+    in_a_row = job ? in_a_row + 1 : 0;
     if (job) job();
     else react();
   }

@@ -501,6 +501,7 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
         hear(body, body + 4);
         break;
       case id_gap:
+        if (!admitted) return Verdict::drop;  // and has no part of what may be skipped
         if (length < 28 || !is_set(body, length, 24, little)) return malformed();
         if (u64(body + 8, little) == 0 || u64(body + 16, little) < u64(body + 8, little) || u64(body + 16, little) >> 63 != 0 ||
             !may_skip(u64(body + 16, little) - u64(body + 8, little)))

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <unordered_set>
 
 #include "src/ros2/graph/cdr.hpp"
 #include "src/ros2/types/names.hpp"
@@ -282,7 +283,11 @@ bool Known::is_there(const Gid& endpoint) const {
 std::vector<std::string> Known::nodes_with(std::string_view type, std::string_view hash) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   std::set<std::string> names;
+  std::unordered_set<Prefix, GidHash> having;  // participants: others need no look at what their nodes claim
+  for (const auto& [gid, endpoint] : endpoints_)
+    if (endpoint.type == type && endpoint.hash == hash) having.insert(prefix_of(gid));
   for (const auto& [prefix, participant] : participants_) {
+    if (having.count(prefix) == 0) continue;
     for (const NodeEntities& node : participant.nodes) {
       const auto has = [&, of = prefix](const std::vector<Gid>& list) {
         return std::any_of(list.begin(), list.end(), [&](const Gid& gid) {

@@ -15,6 +15,8 @@ namespace lrt::ros2 {
 namespace {
 
 constexpr std::size_t max_events = 10'000;  ///< parameters in one event
+/// Of what a node responds, and of an event: a list of booleans takes some 40 times its bytes as values.
+constexpr std::size_t max_response_bytes = 4 * 1024 * 1024, max_event_bytes = 1024 * 1024;
 
 Unexpected malformed(const char* what) { return unexpected(Errc::expected_value, std::string("the response of ") + what + " is malformed"); }
 
@@ -194,6 +196,7 @@ Result<void> read_descriptors(std::string_view payload, std::vector<Parameter>& 
 }
 
 Result<void> read_values(std::string_view payload, std::vector<Parameter>& parameters) {
+  if (payload.size() > max_response_bytes) return unexpected(Errc::limit_exceeded, "the parameters of the node have more than 4 MiB");
   CdrReader reader(payload);
   const std::size_t count = reader.count(26);
   for (std::size_t i = 0; i < count && i < parameters.size() && reader.ok(); ++i) read_value(reader, parameters[i]);
@@ -220,6 +223,7 @@ Result<void> read_set_response(std::string_view payload) {
 }
 
 Result<ParameterChange> read_event(std::string_view payload) {
+  if (payload.size() > max_event_bytes) return unexpected(Errc::limit_exceeded, "an event of parameters has more than 1 MiB");
   CdrReader reader(payload);
   reader.u32();
   reader.u32();
@@ -351,7 +355,7 @@ Result<Subscription> Graph::parameter_events(
       "/parameter_events", "rcl_interfaces/msg/ParameterEvent",
       [core, gate](Sample&& sample) {
         const auto shared = core.lock();
-        if (shared == nullptr) return;
+        if (shared == nullptr || sample.payload->size() > max_event_bytes) return;
         shared->post_sample(sample.payload->size(), [gate, payload = sample.payload] {
           auto change = read_event(*payload);
           if (!change) return;
