@@ -213,7 +213,7 @@ def calls_services(gateway, move, calibrate):
     assert "calibrated" in done.stdout, done
 
 
-def sets_parameters(gateway, rows):
+def sets_parameters(gateway, rows, simulated):
     path = rows["parameter", "/base:max_linear_velocity"]["path"]
     assert gateway.value(path) == 0.8
     gateway.lrt("set", gateway.url + path, "0.5")
@@ -224,6 +224,17 @@ def sets_parameters(gateway, rows):
     gateway.lrt("set", gateway.url + text, "anna")
     until(lambda: gateway.value(text) == "anna", "the text is set")
     gateway.lrt("set", gateway.url + rows["parameter", "/base:model"]["path"], "other", status=1)  # read-only
+    # A node that is busy for a while takes the value afterwards.
+    simulated.send_signal(signal.SIGSTOP)
+    try:
+        setting = subprocess.Popen([LRT, "--robot", gateway.url + "/", "set", gateway.url + path, "0.25"], env=DOMAIN.environment(),
+                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        time.sleep(1.5)  # longer than a loop would wait, shorter than a thread does
+    finally:
+        simulated.send_signal(signal.SIGCONT)
+    said = setting.communicate(timeout=PATIENCE)[0]
+    assert setting.returncode == 0, said
+    until(lambda: gateway.value(path) == 0.25, "the busy node has the value")
 
 
 def changes_states(gateway):
@@ -369,7 +380,7 @@ def follows_the_page(gateway):
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
-        with robot():
+        with robot() as simulated:
             things = first_value()
             rows = what_is_there()
             with Gateway() as gateway:
@@ -386,7 +397,7 @@ def main():
                 drives(gateway)
                 moves_the_arm(gateway, rows["action", "/arm_controller/follow_joint_trajectory"]["path"])
                 calls_services(gateway, rows["service", "/gripper/move"]["path"], rows["service", "/gripper/calibrate"]["path"])
-                sets_parameters(gateway, rows)
+                sets_parameters(gateway, rows, simulated.process)
                 changes_states(gateway)
                 assert gateway.get("/server/metrics", "text/plain")[0] == 200
                 assert gateway.end() == 0

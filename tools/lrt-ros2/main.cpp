@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@
 
 #include "tools/lrt-ros2/broker.hpp"
 #include "tools/lrt-ros2/settings.hpp"
+#include "tools/lrt-ros2/workers.hpp"
 #include "tools/lrt/terminal.hpp"
 
 namespace {
@@ -172,6 +174,8 @@ lrt::Result<void> reload(lrt::Server& server, const Settings& s) {
 }
 
 int serve(Settings& s, const Signals& signals) {
+  Workers workers(4);  // they outlive the server
+  s.server.threads.executor = [&workers](std::function<void()> job) { workers.post(std::move(job)); };
   auto server = lrt::Server::create(s.server);
   if (!server) return report(server.error());
   if (s.metrics)
