@@ -74,7 +74,11 @@ struct BridgeLimits {
   std::chrono::milliseconds large_interval{100};            ///< the same for topics with representations of bytes
   std::chrono::milliseconds command_life{500};              ///< a written Twist lives so long; then zero is written
   std::size_t max_parameters = 1'000;                       ///< of one node
-  std::size_t max_kept_bytes = 512 * 1024 * 1024;           ///< newest samples of all topics together; a sample beyond it is dropped
+  std::size_t max_kept_bytes = 512 * 1024 * 1024;  ///< newest samples of all topics together, and robot descriptions; what is beyond it is dropped
+  /// Types of topics, services and actions that are made while the bridge exists; what needs a further one has no resource. They are kept for the life of
+  /// the process, because what is gone may return.
+  std::size_t max_types = 4'096;
+  std::size_t max_type_members = 100'000;  ///< fields of all those types, counted each time that they occur: about 550 bytes each
 };
 
 /// Options of a bridge.

@@ -3,6 +3,7 @@
 #include <lrt/ros2.hpp>
 
 #include <cstring>
+#include <future>
 #include <string>
 
 #include "tests/ros2/bridge_host.hpp"
@@ -101,6 +102,25 @@ TEST_CASE("frames that are too many are left out", "[ros2][bridge]") {
   REQUIRE(comes_true([&] { return host.core->counters().things >= 1'025; }));
   host.settle();
   CHECK(host.core->counters().things == 1'025);  // and the topic itself
+}
+
+TEST_CASE("a frame that changes its parent all the time leaves one job", "[ros2][bridge]") {
+  BridgeHost host;
+  host.graph->write("/tf", "tf2_msgs/msg/TFMessage", "/x");
+  host.settle();
+  std::promise<void> held, released;
+  host.core->shared()->put([&] {
+    held.set_value();
+    released.get_future().wait();
+  });
+  held.get_future().wait();
+  for (int i = 0; i < 1'000; ++i) host.graph->publish("/tf", transform(i % 2 == 0 ? "map" : "odom", "base_link", 1));
+  {
+    const std::lock_guard lock(host.core->shared()->mutex);
+    CHECK(host.core->shared()->jobs.size() == 1);
+  }
+  released.set_value();
+  CHECK(comes_true([&] { return host.ask("GET /frames/base_link/pose\nAccept: text/turtle").says("\"odom\""); }));
 }
 
 TEST_CASE("a scan has its ranges as octets", "[ros2][bridge]") {

@@ -3,7 +3,9 @@
 #include <lrt/ros2.hpp>
 
 #include <algorithm>
+#include <future>
 #include <string>
+#include <vector>
 
 #include "tests/ros2/bridge_host.hpp"
 #include "tests/support/catch.hpp"
@@ -413,6 +415,62 @@ TEST_CASE("the newest samples of all topics have a limit of bytes together", "[r
   host.graph->publish("/a", Cdr().text("small").take());
   host.graph->publish("/c", large);
   CHECK(host.ask("GET /c/value\nAccept: application/json").status == 200);
+}
+
+TEST_CASE("types have a limit, also for what changes its type", "[ros2][bridge]") {
+  ros2::Options options;
+  options.limits.max_types = 2;
+  BridgeHost host(options);
+  host.graph->write("/a", "std_msgs/msg/Float64", "/x");
+  host.graph->write("/b", "std_msgs/msg/String", "/x");
+  host.settle();
+  host.graph->write("/c", "std_msgs/msg/Int8", "/x");
+  host.graph->write("/d", "std_msgs/msg/String", "/x");  // which there is
+  host.settle();
+  CHECK(host.reason("/c").find("max_types") != std::string::npos);
+  host.graph->publish("/d", Cdr().text("there").take());
+  CHECK(host.json("/d/value").find("there") != std::string::npos);
+  ros2::Options of_members;
+  of_members.limits.max_type_members = 20;
+  BridgeHost second(of_members);
+  second.graph->write("/a", "std_msgs/msg/Float64", "/x");
+  second.graph->write("/imu", "sensor_msgs/msg/Imu", "/x");
+  second.settle();
+  CHECK(second.reason("/a") == "");
+  CHECK(second.reason("/imu").find("max_type_members") != std::string::npos);
+}
+
+TEST_CASE("events of nodes that are lost are no values that stay", "[ros2][bridge]") {
+  Parameter speed;
+  speed.name = "speed";
+  speed.type = ParameterType::real;
+  speed.value = rdf::Value(1.5);
+  BridgeHost host({}, [&](BridgeHost& h) { h.graph->parameters_of["/n"] = {speed}; });
+  host.graph->join("/n", true);
+  host.settle();
+  const std::string path = "/nodes/n/parameters/speed";
+  REQUIRE(host.comes(path, "1.5"));
+  std::promise<void> held, released;
+  host.core->shared()->put([&] {
+    held.set_value();
+    released.get_future().wait();
+  });
+  held.get_future().wait();
+  // The bridge's thread is busy, and a stranger sends more than is kept.
+  std::vector<Parameter> many(1'000, speed);
+  for (Parameter& p : many) p.value = rdf::Value(2.5);
+  for (int i = 0; i < 1'000; ++i) host.graph->parameter_event("/n", many, {});
+  {
+    const std::lock_guard lock(host.core->shared()->mutex);
+    CHECK(host.core->shared()->jobs.size() < 900);
+    CHECK(host.core->shared()->has_lost_events);
+  }
+  {
+    const std::lock_guard lock(host.graph->mutex);
+    host.graph->parameters_of["/n"][0].value = rdf::Value(3.5);
+  }
+  released.set_value();
+  CHECK(host.comes(path, "3.5"));  // the node was asked again
 }
 
 TEST_CASE("names of strangers that are no text are left out", "[ros2][bridge]") {

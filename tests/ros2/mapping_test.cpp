@@ -195,6 +195,27 @@ unit = "m/s"
   CHECK(Mapping().add("[graph]\n", "application/toml").error().message.find("unknown table \"graph\"") != std::string::npos);
 }
 
+TEST_CASE("each key that the guide has is read", "[ros2][mapping]") {
+  std::ifstream page(LRT_SOURCE_DIR "/docs/ros2.md");
+  std::size_t keys = 0;
+  for (std::string line; std::getline(page, line);) {
+    const std::size_t table_end = line.find("]` | ");
+    if (line.compare(0, 4, "| `[") != 0 || line[4] == '[' || table_end == std::string::npos) continue;
+    const std::string table = line.substr(4, table_end - 4);
+    if (table != "graph" && table != "definitions" && table != "allowed" && table != "limits") continue;  // others are of the program
+    for (std::size_t at = line.find('`', table_end + 2); at != std::string::npos; at = line.find('`', at + 1)) {
+      const std::size_t key_end = line.find('`', at + 1);
+      REQUIRE(key_end != std::string::npos);
+      const std::string key = line.substr(at + 1, key_end - at - 1);
+      INFO("[" << table << "] " << key);
+      CHECK(fault("[" + table + "]\n" + key + " = {}\n").find('"' + key + "\": expected ") != std::string::npos);
+      at = key_end;
+      ++keys;
+    }
+  }
+  CHECK(keys >= 40);
+}
+
 TEST_CASE("a mapping in Turtle says what is wrong", "[ros2][mapping]") {
   CHECK(fault_of_turtle("[] a :TopicRule ; :matches \"/a\" .") == "");
   CHECK(fault_of_turtle("[] a :TopicRule .").find("says what it is for") != std::string::npos);

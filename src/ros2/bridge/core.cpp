@@ -19,6 +19,19 @@ constexpr std::string_view ros2_ns = "https://w3id.org/lrt/ros2#";
 constexpr std::chrono::milliseconds quiet_time{100};
 /// A graph in which nobody is found is empty after this time.
 constexpr std::chrono::milliseconds empty_after{1500};
+/// Of events of nodes that wait for the bridge's thread, and what each needs besides its content.
+constexpr std::size_t max_event_bytes = 16 * 1024 * 1024, job_bytes = 256;
+/// Between two times that all nodes are asked again, because events were lost.
+constexpr std::chrono::seconds read_again_interval{5};
+
+/// About the memory of a parameter.
+std::size_t size_of(const Parameter& p) noexcept {
+  std::size_t bytes = sizeof p + p.name.size();
+  if (p.value.text()) bytes += p.value.text()->size();
+  if (p.value.sequence())
+    for (const rdf::Value& member : *p.value.sequence()) bytes += sizeof member + (member.text() ? member.text()->size() : 0);
+  return bytes;
+}
 
 bool is_below(std::string_view path, std::string_view root) noexcept {
   return path.size() > root.size() && path.substr(0, root.size()) == root && path[root.size()] == '/';
@@ -31,6 +44,20 @@ void Shared::put(UniqueFunction<void()> job) {
     const std::lock_guard lock(mutex);
     if (stops) return;
     jobs.push_back(std::move(job));
+  }
+  arrived.notify_one();
+}
+
+void Shared::put_event(std::size_t bytes, UniqueFunction<void()> job) {
+  {
+    const std::lock_guard lock(mutex);
+    if (stops) return;
+    if (event_bytes + bytes + job_bytes > max_event_bytes) {
+      has_lost_events = true;
+    } else {
+      event_bytes += bytes + job_bytes;
+      jobs.push_back(std::move(job));
+    }
   }
   arrived.notify_one();
 }
@@ -76,7 +103,7 @@ Core::Core(Server& server, Options options, std::shared_ptr<Port> port, Definiti
       options_(std::move(options)),
       shared_(std::make_shared<Shared>(std::move(port))),
       definitions_(definitions),
-      types_(options_.mapping.rules()),
+      types_(options_.mapping.rules(), options_.limits.max_types, options_.limits.max_type_members),
       definitions_version_(definitions.version()) {
   shared_->max_kept_bytes = options_.limits.max_kept_bytes;
 }
@@ -137,6 +164,8 @@ void Core::run() {
       }
       if (shared_->stops) return;
       jobs = std::exchange(shared_->jobs, {});
+      shared_->event_bytes = 0;
+      if (std::exchange(shared_->has_lost_events, false)) reads_again_ = changed_ = true;
       const std::lock_guard list(list_mutex_);
       is_busy_ = true;
       if (std::exchange(shared_->changed, false)) {
@@ -198,6 +227,17 @@ void Core::reconcile() {
   for (const ServiceInfo& s : now->services) add(services, s.name);
   for (const ActionInfo& a : now->actions) add(actions, a.name);
   for (const NodeInfo& n : now->nodes) add(nodes, n.name);
+  if (reads_again_) {
+    const Clock::time_point time = Clock::now();
+    if (time >= may_read_again_) {
+      reads_again_ = false;
+      may_read_again_ = time + read_again_interval;
+      for (const auto& [key, part] : parts_)
+        if (key.compare(0, 5, "node ") == 0) read_again(*part);
+    } else {
+      wake_at(may_read_again_);
+    }
+  }
   for (const std::string& name : topics) update_topic(*this, name, now->topic(name));
   for (const std::string& name : services) update_service(*this, name, now->service(name));
   for (const std::string& name : actions) update_action(*this, name, now->action(name));
@@ -205,7 +245,10 @@ void Core::reconcile() {
   if (!nodes.empty() && !parameter_events_) {
     Result<Handle> events =
         port().parameter_events([shared = shared_, this](std::string_view node, std::vector<Parameter> changed, std::vector<std::string> deleted) {
-          shared->put([this, node = std::string(node), changed = std::move(changed), deleted = std::move(deleted)]() mutable {
+          std::size_t bytes = 0;
+          for (const Parameter& p : changed) bytes += size_of(p);
+          for (const std::string& name : deleted) bytes += sizeof name + name.size();
+          shared->put_event(bytes, [this, node = std::string(node), changed = std::move(changed), deleted = std::move(deleted)]() mutable {
             change_parameters(*this, node, std::move(changed), deleted);
           });
         });
@@ -354,18 +397,28 @@ void Core::renew(Part& part) {
 
 std::string Core::request(std::string_view type, std::string_view hash, bool& is_waiting) {
   const std::string key = std::string(type) + ' ' + std::string(hash);
-  if (requests_.size() >= options_.definition_limits.max_definitions && requests_.count(key) == 0)
-    return "more definitions than max_definitions were requested";
-  Request& request = requests_[key];
   const Clock::time_point now = Clock::now();
+  if (requests_.size() >= options_.definition_limits.max_definitions && requests_.count(key) == 0) {
+    // What is still wanted has been asked for again by then.
+    for (auto it = requests_.begin(); it != requests_.end();) {
+      if (!it->second.is_open && now > it->second.next + it->second.pause) it = requests_.erase(it);
+      else ++it;
+    }
+    if (requests_.size() >= options_.definition_limits.max_definitions) {
+      wake_at(now + std::chrono::seconds(60));
+      return "more definitions than max_definitions are requested";
+    }
+  }
+  Request& request = requests_[key];
   if (!request.is_open && now >= request.next) {
     request.is_open = true;
     request.reason.clear();
     Result<Handle> call = port().request_definition(type, hash, definitions_, [this, shared = shared_, key](Result<void> result) {
       shared->put([this, key, result = std::move(result)] {
-        Request& ended = requests_[key];
-        ended.is_open = false;
-        if (!result) ended.reason = result.error().message;
+        const auto ended = requests_.find(key);
+        if (ended == requests_.end()) return;
+        ended->second.is_open = false;
+        if (!result) ended->second.reason = result.error().message;
         changed_ = true;
       });
     });

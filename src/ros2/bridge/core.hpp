@@ -42,14 +42,20 @@ struct Shared {
   /// Bytes of the newest samples of all topics. What would be beyond the limit is dropped.
   std::atomic<std::size_t> kept_bytes{0};
   std::size_t max_kept_bytes = 0;
+  std::atomic<std::size_t> frames{0};  ///< of all namespaces
 
   /// Leaves a job for the bridge's thread.
   /// @par Threads  Any. Locks for a moment and allocates.
   void put(UniqueFunction<void()> job);
+  /// The same for what a stranger may send without end. What is beyond a limit is dropped, and the nodes are asked again later.
+  /// @param bytes  of memory that it needs, about
+  void put_event(std::size_t bytes, UniqueFunction<void()> job);
 
   std::mutex mutex;
   std::condition_variable arrived;
   std::vector<UniqueFunction<void()>> jobs;  ///< guarded by `mutex`
+  std::size_t event_bytes = 0;               ///< of the jobs of put_event() among them; guarded by `mutex`
+  bool has_lost_events = false;              ///< guarded by `mutex`
   bool changed = true;                       ///< the graph; guarded by `mutex`
   bool stops = false;                        ///< guarded by `mutex`
 };
@@ -175,6 +181,8 @@ class Core {
   std::map<std::string, Request> requests_;             ///< of definitions, by type and hash
   std::uint64_t definitions_version_ = 0;
   Clock::time_point next_ = Clock::time_point::max();
+  bool reads_again_ = false;  ///< events of nodes were lost: they are asked again
+  Clock::time_point may_read_again_{};
   bool changed_ = false;
   bool has_executor_ = true;
   std::size_t things_ = 0;
@@ -198,6 +206,8 @@ void update_topic(Core& core, const std::string& name, const Topic* topic);
 void update_service(Core& core, const std::string& name, const ServiceInfo* service);
 void update_action(Core& core, const std::string& name, const ActionInfo* action);
 void update_node(Core& core, const std::string& name, const NodeInfo* node);
+/// What is known of a node is asked again.
+void read_again(Part& node);
 /// Parameters of a node have changed.
 void change_parameters(Core& core, const std::string& node, std::vector<Parameter> changed, const std::vector<std::string>& deleted);
 /// A robot description has come for a namespace: "/", "/arm".

@@ -321,9 +321,9 @@ void read_allowed(Reader& in, const toml::table& table, Allowed& to) {
 }
 
 void read_limits(Reader& in, const toml::table& table, BridgeLimits& to) {
-  in.only(
-      table, "[limits]",
-      {"max_things", "max_value_bytes", "max_representation_bytes", "minimum_interval_ms", "large_interval_ms", "command_life_ms", "max_parameters"});
+  in.only(table, "[limits]",
+          {"max_things", "max_value_bytes", "max_representation_bytes", "minimum_interval_ms", "large_interval_ms", "command_life_ms",
+           "max_parameters", "max_kept_bytes", "max_types", "max_type_members"});
   in.count(table, "max_things", to.max_things);
   in.count(table, "max_value_bytes", to.max_value_bytes);
   in.count(table, "max_representation_bytes", to.max_representation_bytes);
@@ -332,6 +332,8 @@ void read_limits(Reader& in, const toml::table& table, BridgeLimits& to) {
   in.time(table, "command_life_ms", to.command_life);
   in.count(table, "max_parameters", to.max_parameters);
   in.count(table, "max_kept_bytes", to.max_kept_bytes);
+  in.count(table, "max_types", to.max_types);
+  in.count(table, "max_type_members", to.max_type_members);
 }
 
 }  // namespace

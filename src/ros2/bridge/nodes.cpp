@@ -122,6 +122,14 @@ class NodePart final : public Part {
     listed.reason.clear();
   }
 
+  /// Events of it were lost.
+  void read_again() {
+    if (is_gone_) return;
+    is_known_ = false;
+    attempts_ = 0, next_ = {};
+    events_.reset();  // it is subscribed again, and the state is requested
+  }
+
   void change(Core& core, std::vector<Parameter> changed, const std::vector<std::string>& deleted) {
     bool is_other = false;
     for (Parameter& p : changed) {
@@ -338,7 +346,7 @@ class NodePart final : public Part {
     else is_asking_ = false;
   }
   static void put_state(const std::shared_ptr<Shared>& shared, Core& core, const std::string& key, int id) {
-    shared->put([&core, key, id] {
+    shared->put_event(key.size(), [&core, key, id] {
       if (Part* const part = core.find(key)) static_cast<NodePart*>(part)->state_came(core, id);
     });
   }
@@ -425,6 +433,8 @@ class NodePart final : public Part {
 }  // namespace
 
 void update_node(Core& core, const std::string& name, const NodeInfo* node) { core.part_of<NodePart>("node " + name, core, name).update(core, node); }
+
+void read_again(Part& node) { static_cast<NodePart&>(node).read_again(); }
 
 void change_parameters(Core& core, const std::string& node, std::vector<Parameter> changed, const std::vector<std::string>& deleted) {
   if (Part* const part = core.find("node " + node)) static_cast<NodePart*>(part)->change(core, std::move(changed), deleted);

@@ -20,7 +20,8 @@ namespace {
 using Utc = std::chrono::system_clock::time_point;
 using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
-constexpr std::size_t max_frames = 1'024;
+constexpr std::size_t max_frames = 1'024, max_frames_in_all = 4'096;  ///< of one namespace, of all
+constexpr std::size_t max_description_bytes = 16 * 1024 * 1024;
 constexpr unsigned max_descriptions = 32;  ///< of one robot: each has Blueprints of its own
 
 bool has_field(const Message& m, std::size_t i, std::string_view name, Kind kind, Arity arity) noexcept {
@@ -130,7 +131,7 @@ class RobotPart final : public Part {
  public:
   RobotPart(Core& core, const std::string& ns, std::string robot_path)
       : Part(Listed{Listed::What::topic, ns == "/" ? "/robot_description" : ns + "/robot_description", "std_msgs/msg/String", {}, {}, {}, {}}),
-        base_(core.options().graph.limits.max_sample_bytes) {
+        shared_(core.shared()) {
     wanted_path = std::move(robot_path);
     suffix = "_description";
   }
@@ -142,12 +143,18 @@ class RobotPart final : public Part {
       return;
     }
     urdf::ParseOptions options;
-    options.max_bytes = base_;
+    options.max_bytes = max_description_bytes;
     options.path = path.empty() ? wanted_path : path;
     Result<urdf::Model> parsed = urdf::parse(text, options);
     if (!parsed) {
       listed.reason = parsed.error().message;
       core.log(LogLevel::warning, listed.name + ": " + listed.reason);
+      return;
+    }
+    const std::size_t more_bytes = text.size() - text_.size();  // modulo 2^64, as the sum is
+    if (shared_->kept_bytes.fetch_add(more_bytes, std::memory_order_relaxed) + more_bytes > shared_->max_kept_bytes && text.size() > text_.size()) {
+      shared_->kept_bytes.fetch_sub(more_bytes, std::memory_order_relaxed);
+      listed.reason = "all topics together have more bytes than max_kept_bytes";
       return;
     }
     text_ = std::move(text);
@@ -160,7 +167,7 @@ class RobotPart final : public Part {
 
   std::vector<Thing> make(Core&, const std::string& its_path) override {
     urdf::ParseOptions options;
-    options.max_bytes = base_;
+    options.max_bytes = max_description_bytes;
     options.path = its_path;
     Result<urdf::Model> parsed = urdf::parse(text_, options);
     if (!parsed) return {};
@@ -179,7 +186,7 @@ class RobotPart final : public Part {
   std::shared_ptr<RobotModel> model_;
 
  private:
-  std::size_t base_;
+  const std::shared_ptr<Shared> shared_;
   std::string text_;
   unsigned descriptions_ = 0;
 };
@@ -253,6 +260,10 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
         auto known = frames_.find(child);
         if (known == frames_.end()) {
           if (frames_.size() >= max_frames || !is_clean_name(child) || !is_clean_name(parent)) return;
+          if (shared_->frames.fetch_add(1, std::memory_order_relaxed) >= max_frames_in_all) {
+            shared_->frames.fetch_sub(1, std::memory_order_relaxed);
+            return;
+          }
           known = frames_.emplace(std::string(child), Frame()).first;
           known->second.reader = std::make_shared<FrameReader>(std::string(child), shared_);
         }
@@ -263,6 +274,7 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
         frame.missing.clear();
         if (frame.parent != parent && is_clean_name(parent)) {
           frame.parent = std::string(parent);
+          if (std::exchange(frame.is_announced, true)) return pass(frame);  // its job will find this parent
           shared_->put([self = shared_from_this(), name = known->first] { self->announce(name); });
         }
         pass(frame);
@@ -289,6 +301,14 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
     const auto known = frames_.find(name);
     return known == frames_.end() ? std::string() : known->second.parent;
   }
+  /// The parent that the job of announce() has seen; a further one makes a further job.
+  std::string take_parent(const std::string& name) {
+    const std::lock_guard lock(mutex_);
+    const auto known = frames_.find(name);
+    if (known == frames_.end()) return {};
+    known->second.is_announced = false;
+    return known->second.parent;
+  }
   void connect(const std::string& name, PushedProperty<RosValue> property) {
     const std::lock_guard lock(mutex_);
     const auto known = frames_.find(name);
@@ -307,6 +327,7 @@ class Frames final : public FrameSink, public std::enable_shared_from_this<Frame
     std::shared_ptr<const PayloadReader> reader;
     PushedProperty<RosValue> pose;
     bool is_connected = false;
+    bool is_announced = false;  ///< a job of announce() waits
   };
   static void pass(Frame& frame) {
     if (!frame.is_connected) return;
@@ -365,7 +386,7 @@ class FramePart final : public Part {
 std::string frame_key(const std::string& ns, const std::string& frame) { return "frame " + ns + ' ' + frame; }
 
 void Frames::announce(const std::string& name) {
-  const std::string parent = parent_of(name);
+  const std::string parent = take_parent(name);
   FramePart& part = core_.part_of<FramePart>(frame_key(ns_, name), core_, shared_from_this(), name);
   if (part.is_served && part.stated_parent == parent) return;
   part.stated_parent = parent;

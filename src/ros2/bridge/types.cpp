@@ -57,12 +57,12 @@ std::string short_hash(std::uint64_t h) {
 /// Of larger messages no place is compared with others: that takes the square of their size, and they come from strangers.
 constexpr std::size_t max_compared = 400;
 
-/// Counts fields, up to the limit above.
-std::size_t members_of(const Message& message, std::size_t depth = 0) noexcept {
+/// Counts fields, each time that they occur, until there are more than `most`.
+std::size_t members_of(const Message& message, std::size_t most, std::size_t depth = 0) noexcept {
   std::size_t count = 0;
   for (const Field& field : message.fields) {
-    count += 1 + (field.type.message && depth < 64 ? members_of(*field.type.message, depth + 1) : 0);
-    if (count > max_compared) break;
+    count += 1 + (field.type.message && depth < 64 ? members_of(*field.type.message, most, depth + 1) : 0);
+    if (count > most) break;
   }
   return count;
 }
@@ -211,18 +211,23 @@ std::string TypeMaker::name_of(const Message& root, const Scope& scope, const Me
 }
 
 Result<MessageType> TypeMaker::make(const MessagePtr& message, const TypeUse& use) {
-  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), members_of(*message) > max_compared,
+  const Scope scope{matching(rules_, use.of, use.name), use.left_out, std::string(use.name), members_of(*message, max_compared) > max_compared,
                     std::string(use.inside)};
   std::string key = std::to_string(reinterpret_cast<std::uintptr_t>(message.get())) + '|' + std::string(use.inside);
   for (const std::string& path : use.left_out) key += '|' + path;
   for (const Rule* rule : scope.own) key += '|' + std::to_string(rule - rules_.rules.data());
   if (scope.has_own_fields()) key += '|' + scope.name;
   if (const auto known = made_.find(key); known != made_.end()) return known->second.second;
+  // An rdf type is kept for the life of the process, and strangers can announce types without end. One that is refused counts, too.
+  const std::size_t members = 1 + members_of(*message, max_members_);
+  if (made_.size() >= max_types_ || members > max_members_ - members_)
+    return unexpected(Errc::limit_exceeded, "too many types have been made: the limits are max_types and max_type_members");
+  members_ += members;
   MessageOptions options;
   options.field = [&](const Message&, const Field&, std::string_view path, FieldOptions& to) { to = says(*message, scope, path); };
   options.name = [&](const Message& at, std::string_view path) { return name_of(*message, scope, at, path); };
   Result<MessageType> type = MessageType::of(message, options);
-  if (type) made_.emplace(std::move(key), std::make_pair(message, *type));
+  made_.emplace(std::move(key), std::make_pair(message, type));
   return type;
 }
 

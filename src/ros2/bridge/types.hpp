@@ -35,9 +35,12 @@ struct TypeUse {
 /// @par Threads  One at a time.
 class TypeMaker {
  public:
-  explicit TypeMaker(const Mapping::Rules& rules) : rules_(rules) {}
+  /// @param max_types    that are made, in all
+  /// @param max_members  fields of all of them, counted each time that they occur
+  explicit TypeMaker(const Mapping::Rules& rules, std::size_t max_types = 4'096, std::size_t max_members = 100'000)
+      : rules_(rules), max_types_(max_types), max_members_(max_members) {}
 
-  /// @par Errors  those of MessageType::of()
+  /// @par Errors  those of MessageType::of(); limit_exceeded: there would be too many types
   Result<MessageType> make(const MessagePtr& message, const TypeUse& use);
   /// What the rules say of a field of a message.
   FieldOptions options_of(const Message& root, const TypeUse& use, std::string_view path) const;
@@ -50,8 +53,10 @@ class TypeMaker {
   std::string name_of(const Message& root, const Scope& scope, const Message& at, std::string_view path);
 
   const Mapping::Rules& rules_;
+  const std::size_t max_types_, max_members_;
+  std::size_t members_ = 0;
   /// Made before, by the definition and the rules that count for it: many topics have one type.
-  std::map<std::string, std::pair<MessagePtr, MessageType>> made_;
+  std::map<std::string, std::pair<MessagePtr, Result<MessageType>>> made_;
   std::map<std::string, std::uint64_t> names_;  ///< the hash of what each name of a record means
 };
 
