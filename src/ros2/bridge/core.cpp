@@ -247,7 +247,7 @@ void Core::reconcile() {
         port().parameter_events([shared = shared_, this](std::string_view node, std::vector<Parameter> changed, std::vector<std::string> deleted) {
           std::size_t bytes = 0;
           for (const Parameter& p : changed) bytes += size_of(p);
-          for (const std::string& name : deleted) bytes += sizeof name + name.size();
+          for (const std::string& name : deleted) bytes += sizeof(std::string) + name.size();
           shared->put_event(bytes, [this, node = std::string(node), changed = std::move(changed), deleted = std::move(deleted)]() mutable {
             change_parameters(*this, node, std::move(changed), deleted);
           });

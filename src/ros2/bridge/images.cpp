@@ -218,8 +218,8 @@ Result<std::string> png_of_grid(std::uint32_t width, std::uint32_t height, std::
   rows.reserve(size);
   for (std::uint32_t y = height; y-- > 0;)
     for (const char c : cells.substr(std::size_t{y} * width, width)) {
-      const int value = static_cast<signed char>(c);
-      rows += static_cast<char>(static_cast<unsigned char>(value < 0 || value > 100 ? 205 : 254 - value * 254 / 100));
+      const unsigned value = static_cast<unsigned char>(c);  // -1 is unknown, as all above 100
+      rows += static_cast<char>(static_cast<unsigned char>(value > 100 ? 205 : 254 - value * 254 / 100));
     }
   return png(width, height, 1, 8, rows);
 }

@@ -397,7 +397,7 @@ class TopicPart final : public Part {
       listed.reason = "its type is not one of ROS 2";
       return;
     }
-    const Endpoint chosen = *first;
+    const Endpoint& chosen = *first;
     listed.type = chosen.type;
     if (types_made_ >= max_topic_types) {
       listed.reason = "its type has changed too often";
@@ -625,9 +625,12 @@ class TopicPart final : public Part {
     AdvertiseOptions options;
     options.hash = hash_;
     Result<std::shared_ptr<TopicWriter>> made = core.port().advertise(listed.name, type_, options);
-    if (made) publisher_ = *std::move(made);
-    else listed.reason = "it cannot be written: " + made.error().message;
-    return made.has_value();
+    if (!made) {
+      listed.reason = "it cannot be written: " + made.error().message;
+      return false;
+    }
+    publisher_ = *std::move(made);
+    return true;
   }
 
   void make_writable(Core& core, Thing& thing, PushedProperty<RosValue>& value) {

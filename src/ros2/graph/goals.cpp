@@ -138,7 +138,7 @@ void GraphCore::start_goal(const std::shared_ptr<Goal::State>& goal) {
   const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(goal->deadline - now);
   auto sent = call(
       goal->action + "/_action/send_goal", goal->type + "_SendGoal", goal->request,
-      [this, goal](Result<Bytes> response) { goal_response(goal, response); }, left, true);
+      [this, goal](const Result<Bytes>& response) { goal_response(goal, response); }, left, true);
   goal->request.clear();
   if (!sent) return end_goal(goal, unexpected(sent.error()), GoalStatus::unknown);
   goal->call = std::move(*sent);
@@ -256,7 +256,7 @@ void GraphCore::send_cancel(const std::shared_ptr<Goal::State>& goal) {
   request.bytes(std::string_view(goal->id.data(), goal->id.size())).u32(0).u32(0);
   auto sent = call(
       goal->action + "/_action/cancel_goal", "action_msgs/srv/CancelGoal", request.payload(),
-      [this, goal](Result<Bytes> response) {
+      [this, goal](const Result<Bytes>& response) {
         if (!response) {
           log(LogLevel::warning, "a goal of " + goal->action + " could not be cancelled: " + response.error().message);
           goal->wants_cancel = false;  // another attempt is allowed

@@ -414,7 +414,7 @@ std::shared_ptr<const GraphSnapshot> Known::snapshot(std::uint64_t version) cons
   for (auto& [name, action] : actions)
     if (!action.type.empty() && is_full_name(name)) made->actions.push_back(std::move(action));
   for (auto& [name, node] : nodes) {
-    const auto serves = [&](const char* what) { return made->service(name + what) != nullptr; };
+    const auto serves = [&, of = name](const char* what) { return made->service(of + what) != nullptr; };
     node.has_parameters = serves("/list_parameters") && serves("/describe_parameters") && serves("/get_parameters") && serves("/set_parameters");
     node.has_lifecycle = serves("/get_state") && serves("/change_state") && serves("/get_available_transitions");
     node.describes_types = serves("/get_type_description");

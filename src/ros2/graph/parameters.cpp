@@ -283,7 +283,7 @@ Result<Call> Graph::parameters(std::string_view node, UniqueFunction<void(Result
   if (!is_full_name(node)) return unexpected(Errc::expected_value, "\"" + std::string(node) + "\" is no full name of a node");
   const auto work = std::make_shared<ParametersChain>(ParametersChain{std::string(node), max, deadline_after(timeout), {}, std::move(done)});
   // The chain's own callback gets an error, or null bytes when `parameters` is complete.
-  auto chain = impl_->core->begin_chain([work](Result<Bytes> end) {
+  auto chain = impl_->core->begin_chain([work](const Result<Bytes>& end) {
     if (!end) work->done(unexpected(end.error()));
     else work->done(std::move(work->parameters));
   });
@@ -412,7 +412,7 @@ void ask_next(const std::shared_ptr<GraphCore>& core, const std::shared_ptr<Call
 Result<Call> Graph::request_definition(std::string_view type, std::string_view hash, Definitions& definitions,
                                        UniqueFunction<void(Result<void>)> done, std::chrono::milliseconds timeout) {
   if (!is_type_name(type)) return unexpected(Errc::expected_value, "\"" + std::string(type) + "\" is no name of a type");
-  auto chain = impl_->core->begin_chain([done = std::move(done)](Result<Bytes> end) mutable {
+  auto chain = impl_->core->begin_chain([done = std::move(done)](const Result<Bytes>& end) mutable {
     if (!end) done(unexpected(end.error()));
     else done({});
   });
