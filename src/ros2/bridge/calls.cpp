@@ -212,10 +212,12 @@ class ServicePart final : public CallPart {
   bool make_types(Core& core, const ServiceInfo& service) {
     Result<std::shared_ptr<const Service>> found = core.service(service.type, service.hash, waits_);
     if (!found) return listed.reason = found.error().message, false;
-    if (++types_made_ > max_types) return listed.reason = "its type has changed too often", false;
+    if (types_made_ >= max_types) return listed.reason = "its type has changed too often", false;
+    const std::size_t before = core.types().count();
     const TypeUse use{Rule::Of::service, listed.name, {}, {}};
     Result<MessageType> request = core.types().make((*found)->request, use);
     Result<MessageType> response = request ? core.types().make((*found)->response, use) : request;
+    types_made_ += core.types().count() != before ? 1 : 0;  // two versions that come and go are two
     if (!response) return listed.reason = response.error().message, false;
     request_ = *std::move(request);
     response_ = *std::move(response);
@@ -428,7 +430,8 @@ class ActionPart final : public CallPart {
   bool make_types(Core& core, const ActionInfo& action) {
     Result<std::shared_ptr<const ActionDefinition>> found = core.action(action.type, waits_);
     if (!found) return listed.reason = found.error().message, false;
-    if (++types_made_ > max_types) return listed.reason = "its type has changed too often", false;
+    if (types_made_ >= max_types) return listed.reason = "its type has changed too often", false;
+    const std::size_t before = core.types().count();
     const ActionDefinition& d = **found;
     const TypeUse use{Rule::Of::action, listed.name, {}, {}};
     // Rules speak of what the author of the action wrote.
@@ -441,6 +444,7 @@ class ActionPart final : public CallPart {
     Result<MessageType> request = feedback ? core.types().make(d.send_goal_request, in_request) : feedback;
     Result<MessageType> response = request ? core.types().make(d.get_result_response, in_response) : request;
     Result<MessageType> feedback_message = response ? core.types().make(d.feedback_message, in_feedback) : response;
+    types_made_ += core.types().count() != before ? 1 : 0;
     if (!feedback_message) return listed.reason = feedback_message.error().message, false;
     goal_ = *std::move(goal);
     result_ = *std::move(result);

@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 /// A node has so much time to take a parameter, where lambdas may wait, and where the host's loop waits with them.
 constexpr milliseconds set_timeout{5'000}, set_timeout_in_poll{500};
 constexpr std::chrono::seconds node_timeout{10};
-constexpr unsigned max_renewals = 16;
+constexpr unsigned max_renewals = 16;  ///< at once; one more each minute
 
 /// The states of a node, lifecycle_msgs/msg/State, and a name for each.
 constexpr std::pair<int, std::string_view> states[] = {
@@ -208,8 +208,16 @@ class NodePart final : public Part {
       for (const Parameter& p : parameters_) publish(p.name, p.value);
       publish_state();
     } else if (is_served) {
-      if (++renewals_ <= max_renewals) core.renew(*this);
-      else listed.reason = "its parameters have changed too often";
+      const Core::Clock::time_point now = Core::Clock::now();
+      const auto passed = std::chrono::duration_cast<std::chrono::minutes>(now - renewals_at_).count();
+      renewals_ -= static_cast<unsigned>(std::min<std::int64_t>(renewals_, passed));
+      if (passed > 0) renewals_at_ = now;
+      if (renewals_ >= max_renewals) {
+        listed.reason = "its parameters change too often";
+      } else {
+        ++renewals_;
+        core.renew(*this);
+      }
     }
     core.mark_changed();
   }
@@ -420,6 +428,7 @@ class NodePart final : public Part {
   bool is_gone_ = true, has_parameters_ = false, has_lifecycle_ = false;
   bool is_known_ = false, is_reading_ = false, is_asking_ = false;
   unsigned attempts_ = 0, renewals_ = 0;
+  Core::Clock::time_point renewals_at_ = Core::Clock::now();
   Core::Clock::time_point next_{};
   Handle call_, state_call_, events_, transition_calls_[4];
   std::size_t next_call_ = 0;

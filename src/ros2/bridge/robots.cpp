@@ -22,7 +22,8 @@ using Isometry = Eigen::Transform<double, 3, Eigen::Isometry, Eigen::DontAlign>;
 
 constexpr std::size_t max_frames = 1'024, max_frames_in_all = 4'096;  ///< of one namespace, of all
 constexpr std::size_t max_description_bytes = 16 * 1024 * 1024;
-constexpr unsigned max_descriptions = 32;  ///< of one robot: each has Blueprints of its own
+constexpr std::uint32_t max_in_sample = 4'096;  ///< names of joints, transforms: a thread of DDS looks each up
+constexpr unsigned max_descriptions = 32;       ///< of one robot: each has Blueprints of its own
 
 bool has_field(const Message& m, std::size_t i, std::string_view name, Kind kind, Arity arity) noexcept {
   return i < m.fields.size() && m.fields[i].name == name && m.fields[i].type.kind == kind && m.fields[i].type.arity == arity;
@@ -94,7 +95,7 @@ class RobotModel final : public JointSink {
     if (!read_header(in, stamp, frame) || !in.read(names)) return;
     Cursor at_names = in;
     std::string_view name;
-    if (names > in.left() / 4) return;
+    if (names > max_in_sample || names > in.left() / 4) return;
     for (std::uint32_t i = 0; i < names; ++i)
       if (!read_text(in, name)) return;
     Doubles positions, velocities, efforts;
@@ -213,7 +214,7 @@ bool for_each_transform(std::string_view payload, F f) {
   if (form == Encapsulation::other) return false;
   Cursor in(payload, form == Encapsulation::little_endian);
   std::uint32_t count = 0;
-  if (!in.read(count) || in.left() / 64 < count) return count == 0;
+  if (!in.read(count) || count > max_in_sample || in.left() / 64 < count) return false;
   for (std::uint32_t i = 0; i < count; ++i) {
     Utc stamp;
     std::string_view parent, child;

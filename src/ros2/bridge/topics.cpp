@@ -22,6 +22,8 @@ using Utc = std::chrono::system_clock::time_point;
 constexpr milliseconds frame_patience{700};
 /// Types that a topic may have one after the other: a DynamicType is kept for the life of the process.
 constexpr unsigned max_topic_types = 8;
+/// Frames that a topic may have one after the other; further changes are in each value only.
+constexpr unsigned max_topic_frames = 8;
 
 /// What representations a type has besides its value.
 enum class Bulk : std::uint8_t { none, image, compressed_image, grid, cloud, scan };
@@ -198,6 +200,7 @@ struct TopicState {
   std::string why_missing{};  ///< while there is no sample
   std::string frame{};        ///< of the last sample
   bool has_frame = false;     ///< a sample has come that says it
+  unsigned frame_changes = 0;
   std::shared_ptr<JointSink> joints;
   std::shared_ptr<FrameSink> frames;
   // Set before the first sample.
@@ -249,7 +252,7 @@ struct TopicState {
       if (now && (!has_frame || *now != frame) && (now->empty() || is_clean_name(*now))) {
         has_frame = true;
         frame = std::string(*now);
-        if (frame_changed) frame_changed();
+        if (frame_changed && ++frame_changes <= max_topic_frames) frame_changed();
       }
     }
   }
@@ -399,10 +402,6 @@ class TopicPart final : public Part {
     }
     const Endpoint& chosen = *first;
     listed.type = chosen.type;
-    if (types_made_ >= max_topic_types) {
-      listed.reason = "its type has changed too often";
-      return;
-    }
     Result<MessagePtr> definition = core.message(chosen.type, chosen.hash, waits_);
     if (!definition) {
       listed.reason = definition.error().message;
@@ -413,12 +412,17 @@ class TopicPart final : public Part {
     TypeUse use{Rule::Of::topic, listed.name, {}};
     if (has_stamp(**definition)) use.left_out.emplace_back("header.stamp");
     if (known != std::end(bulk_types) && known->left_out) use.left_out.emplace_back(known->left_out);
+    if (types_made_ >= max_topic_types) {
+      listed.reason = "its type has changed too often";
+      return;
+    }
+    const std::size_t before = core.types().count();
     Result<MessageType> made = core.types().make(*definition, use);
+    types_made_ += core.types().count() != before ? 1 : 0;  // two versions that come and go are two
     if (!made) {
       listed.reason = made.error().message;
       return;
     }
-    ++types_made_;
     subscription_.reset();  // its sink has the old state
     publisher_.reset();
     const bool was_served_before = is_served;

@@ -42,6 +42,8 @@ class TypeMaker {
 
   /// @par Errors  those of MessageType::of(); limit_exceeded: there would be too many types
   Result<MessageType> make(const MessagePtr& message, const TypeUse& use);
+  /// How many it has made. A type that it has made before costs nothing.
+  std::size_t count() const noexcept { return made_.size(); }
   /// What the rules say of a field of a message.
   FieldOptions options_of(const Message& root, const TypeUse& use, std::string_view path) const;
 
