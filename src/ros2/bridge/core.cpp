@@ -91,7 +91,7 @@ std::string namespace_of(std::string_view name) {
 }
 
 void describe(Thing& thing, const Listed& what, const Texts& titles, const Texts& descriptions, std::string_view class_name) {
-  static const std::string name_term = std::string(ros2_ns) + "name", type_term = std::string(ros2_ns) + "type";
+  const std::string name_term = std::string(ros2_ns) + "name", type_term = std::string(ros2_ns) + "type";
   say(thing, titles, descriptions);
   thing.type(Iri(std::string(ros2_ns) + std::string(class_name)));
   thing.add(Iri(name_term), Object(what.name));
