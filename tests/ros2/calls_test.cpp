@@ -27,7 +27,7 @@ bool is_ready(const Graph& graph, const std::string& service) {
 }
 
 Peer fastdds(const Domain& domain, const std::string& user_data = "enclave=/;") {
-  return Peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), "2000", user_data});
+  return Peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), std::to_string(long_lease), user_data});
 }
 
 Errc error_of(Graph& graph, const char* service, std::chrono::milliseconds timeout = 10s) {
@@ -170,7 +170,7 @@ TEST_CASE("a call ends when its server does not respond, or is gone", "[ros2][ca
   const Domain domain;
   Graph graph = join(domain);
   CHECK(error_of(graph, "/add") == Errc::unavailable);
-  Peer peer = cyclone(domain, 1000);
+  Peer peer = cyclone(domain, short_lease);
   peer.tell("serve_add /add silent");
   REQUIRE(is_ready(graph, "/add"));
   CHECK(error_of(graph, "/add", 50ms) != Errc::unconfirmed);
@@ -184,7 +184,7 @@ TEST_CASE("a call ends when its server does not respond, or is gone", "[ros2][ca
   CHECK(graph.counters().calls == 0);
   CHECK(eventually([&] { return graph.snapshot()->service("/add") == nullptr; }));
   // It returns, and is called again.
-  Peer again = cyclone(domain, 1000);
+  Peer again = cyclone(domain);
   again.tell("serve_add /add");
   REQUIRE(is_ready(graph, "/add"));
   Answer<Bytes> second;
@@ -283,7 +283,7 @@ TEST_CASE("a goal ends with its server, and its handle lets it run", "[ros2][cal
   ros2::GraphOptions options;
   options.limits.max_goals = 2;
   Graph graph = join(domain, std::move(options));
-  Peer peer = cyclone(domain, 1000);
+  Peer peer = cyclone(domain, short_lease);
   peer.tell("serve_fibonacci /fibonacci");
   REQUIRE(has_action(graph, "/fibonacci"));
   Events events, silent;

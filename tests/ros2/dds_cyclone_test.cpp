@@ -89,7 +89,7 @@ TEST_CASE("a writer that was killed is gone after its lease, and read again when
   graph.on_change([&] { ++changes; });
   CHECK(eventually([&] { return changes >= 1; }));
   for (const char* word : {"one", "two"}) {
-    Peer peer = cyclone(domain, 1000);
+    Peer peer = cyclone(domain, short_lease);
     peer.tell("writer w /chatter reliable volatile");
     peer.tell("node /talker");
     CHECK(eventually([&] {

@@ -192,7 +192,7 @@ TEST_CASE("samples that are too large are dropped and counted, and what comes af
   ros2::GraphOptions options;
   options.limits.max_sample_bytes = 50'000;
   Graph graph = join(domain, std::move(options));
-  Peer peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), "2000"});
+  Peer peer({LRT_FASTDDS_PEER, std::to_string(domain.number()), std::to_string(long_lease)});
   peer.tell("writer w /large reliable volatile");
   std::atomic<std::size_t> largest{0};
   ReceivedTexts texts;
