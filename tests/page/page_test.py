@@ -45,13 +45,19 @@ class Sample(Robot):
 
 def card(browser, name, script, what, *arguments):
     """What a script says of the card with that heading, as `card`, once it says something."""
-    return browser.until(f"const card = {CARD}; card?.scrollIntoView({{block: 'nearest'}}); return card && (() => {{ {script} }})()", what, name, *arguments)
+    try:
+        return browser.until(f"const card = {CARD}; card?.scrollIntoView({{block: 'nearest'}}); return card && (() => {{ {script} }})()", what, name, *arguments)
+    except AssertionError as error:
+        looks = browser.run(f"const card = {CARD}; return card && [card.innerText, ...[...card.querySelectorAll('input')].map((i) => `${{i.type}} ${{i.value}}`)].join('; ')", name)
+        raise AssertionError(f"{error}; the card {name}: {looks}") from None
 
 
 def fill(browser, name, text, index=0):
     """Types into the nth text field of a card, as a person would."""
-    card(browser, name, "const i = card.querySelectorAll('input[type=text]')[arguments[1]]; if (i) { i.focus(); i.select(); } return !!i".replace("arguments[1]", str(index)), f"a field of {name}")
+    field = f"card.querySelectorAll('input[type=text]')[{index}]"
+    card(browser, name, f"const i = {field}; if (i) {{ i.focus(); i.select(); }} return !!i", f"a field of {name}")
     browser.keys(text)
+    card(browser, name, f"return {field}.value === {json.dumps(text)}", f"{text} is in a field of {name}")
 
 
 def press(browser, name, words):

@@ -145,6 +145,7 @@ def a_stop_is_seen_everywhere_and_ends_by_a_held_release(browser):
 
 
 def a_command_on_a_frozen_link_is_told_and_never_carried_out_late(browser):
+    browser.gives_again = False
     with Robot() as robot, FrozenLink(robot.port) as link:
         before = value(robot, FRICTION)
         for to_robot, to_browser in ((True, False), (True, True)):
@@ -199,6 +200,7 @@ def a_dead_link_is_not_live_and_plots_have_a_gap(browser):
 
 
 def a_restarted_robot_takes_no_command_of_before(browser):
+    browser.gives_again = False
     robot = Robot()
     browser.open(robot.at(FRICTION))
     live(browser)
