@@ -13,7 +13,10 @@
 # Files are replaced at once, so a robot that reloads them never reads a half one. The key goes to the robot over a trusted way, and to nobody else.
 set -eu
 
-[ $# -ge 2 ] && [ $# -le 4 ] || { echo "usage: $0 DIR NAME [IRI [DAYS]]" >&2; exit 2; }
+if [ $# -lt 2 ] || [ $# -gt 4 ]; then
+  echo "usage: $0 DIR NAME [IRI [DAYS]]" >&2
+  exit 2
+fi
 dir=$1
 name=$2
 iri=${3:-urn:lrt:$name}
