@@ -55,7 +55,9 @@ def options():
     refuses(["--config", "/nowhere.toml"], "/nowhere.toml")
     refuses(["--bind", "0.0.0.0", "--port", "0"], "0.0.0.0")  # without rights
     refuses([], "ROS_DOMAIN_ID", "many", ROS_DOMAIN_ID="many")
-    refuses(["--mqtt", "broker:many", "--port", "0"], "--mqtt")
+    refuses(["--mqtt", "broker", "--port", "0"], "--mqtt", "--identity", "--public-base")
+    refuses(["--mqtt", "broker:many", "--port", "0", "--public-base", "http://r7.example"], "--mqtt: expected HOST")
+    refuses(["--identity", "/nowhere/identity.json"], "--identity", "/nowhere/identity.json")
     refuses(["--\x1b[31m"], r"\x1b[31m")  # not to the terminal as it is
     return names
 

@@ -343,8 +343,12 @@ def broker(folder):
         file.write("listener %d 127.0.0.1\nallow_anonymous true\n" % port + ("user root\n" if os.geteuid() == 0 else ""))
     with Process([MOSQUITTO, "-c", path], DOMAIN.environment()) as mosquitto:
         mosquitto.wait_for("running|Opening ipv4 listen socket")
-        with Gateway("--mqtt", "127.0.0.1:%d" % port, "--mqtt-prefix", "cell/picker") as gateway:
-            watch = ["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "cell/picker/odom/value", "-C", "1", "-W", str(PATIENCE)]
+        identity = os.path.join(folder, "identity.json")
+        with open(identity, "w", encoding="utf-8") as file:
+            json.dump({"iri": "https://robots.example/picker", "model": "Simulated"}, file)
+        with Gateway("--mqtt", "127.0.0.1:%d" % port, "--identity", identity) as gateway:
+            assert gateway.get("/")[1]["identity"] == "https://robots.example/picker"
+            watch = ["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "robots/picker/odom/value", "-C", "1", "-W", str(PATIENCE)]
             # The first may be null: no sample has come yet.
             until(lambda: "position" in subprocess.run(watch, capture_output=True, text=True, check=False).stdout, "the odometry at the broker")
             assert gateway.end() == 0

@@ -176,6 +176,11 @@ lrt::Result<void> reload(lrt::Server& server, const Settings& s) {
 int serve(Settings& s, const Signals& signals) {
   Workers workers(4);  // they outlive the server
   s.server.threads.executor = [&workers](std::function<void()> job) { workers.post(std::move(job)); };
+  if (!s.broker.address.empty() && s.server.identity.iri.empty() && s.server.listen.public_base.empty())
+    return report(
+        "--mqtt: a robot at a broker needs a name that stays when its address changes: give --public-base, or --identity with a file that has "
+        "{\"iri\": \"https://robots.example/r7\"}",
+        Exit::usage);
   auto server = lrt::Server::create(s.server);
   if (!server) return report(server.error());
   if (s.metrics)

@@ -77,6 +77,13 @@ Set add_namespace(Settings& s, const std::string& text) {
   return {};
 }
 
+Set set_identity(Settings& s, const std::string& text) {
+  Result<Identity> identity = Identity::from_file(text);
+  if (!identity) return unexpected(std::move(identity).error());
+  s.server.identity = *std::move(identity);
+  return {};
+}
+
 Set add_definitions(Settings& s, const std::string& text) {
   ros2::Definitions known;  // so that a wrong folder is an error of the command line
   if (auto added = known.add_folder(text); !added) return unexpected(std::move(added).error());
@@ -135,6 +142,9 @@ constexpr Setting settings[] = {
      [](Settings& s, const std::string& text) { return set_number<std::uint16_t>(s.server.listen.port, text, 0, 65535); }},
     {"server", "public_base", "public-base", "URL", Kind::text, "By which clients know the server behind a reverse proxy",
      [](Settings& s, const std::string& text) { return s.server.listen.public_base = text, Set(); }},
+    {"server", "identity", "identity", "FILE", Kind::text,
+     "Which robot this is: {\"iri\": \"https://robots.example/r7\", \"serialNumber\": ...}; needed with --mqtt, unless there is a public base",
+     set_identity},
     {"server", "transport", "transport", "NAME", Kind::text, "http or libwebsockets", set_transport},
     {"server", "title", "title", "TEXT", Kind::text, "What people call the robot",
      [](Settings& s, const std::string& text) {
@@ -181,7 +191,8 @@ constexpr Setting settings[] = {
 
     {"mqtt", "broker", "mqtt", "HOST[:PORT]", Kind::text, "Publishes the values to the MQTT broker there",
      [](Settings& s, const std::string& text) { return s.broker.address = text, Set(); }},
-    {"mqtt", "prefix", "mqtt-prefix", "LEVELS", Kind::text, "The first levels of the topics there; default: robots/ros2",
+    {"mqtt", "prefix", "mqtt-prefix", "LEVELS", Kind::text,
+     "The first levels of the topics there; default: robots/ and the last part of the identity",
      [](Settings& s, const std::string& text) { return s.broker.prefix = text, Set(); }},
     {"mqtt", "user", "", "", Kind::text, "", [](Settings& s, const std::string& text) { return s.broker.user = text, Set(); }},
     {"mqtt", "password_file", "", "", Kind::text, "", [](Settings& s, const std::string& text) { return s.broker.password_file = text, Set(); }},

@@ -24,7 +24,7 @@ enum Exit : int {
 /// A connection to an MQTT broker, without a type of lrt::mqtt, which may be absent from the build.
 struct Broker {
   std::string address;  ///< "broker.example:1883", "[2001:db8::1]:8883"; empty: none
-  std::string prefix = "robots/ros2";
+  std::string prefix;   ///< empty: as lrt::mqtt::Options::prefix
   std::string user, password_file, client_id, public_url;
   bool tls = false;
   std::string ca, certificate, key;
