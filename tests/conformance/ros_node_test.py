@@ -32,6 +32,7 @@ threading.Event().wait()
 """
 VALUE = "http://vocab.arvida.de/2015/06/vom/vocab#numericalValue"
 UNIT = "http://qudt.org/schema/qudt/hasUnit"
+BLUEPRINT = "https://hybr-it-projekt.de/ns/hybr-it#blueprint"
 UNITS = "http://qudt.org/vocab/unit/"
 
 
@@ -61,11 +62,14 @@ class Node(Program):
 
     def check_blueprint(self, thing, validator):
         with tempfile.TemporaryDirectory() as folder:
+            # That of its kind and, if it has one, that of its bounds.
+            blueprints = {plain(o).removeprefix(self.at("")) for o in objects(self.get(f"robot/{thing}", Accept="application/n-triples").expect(200).body, BLUEPRINT)}
+            assert blueprints, "the Thing has no Blueprint"
             files = []
-            for part in ("state", "blueprint"):
-                files.append(os.path.join(folder, part + ".ttl"))
+            for part in (f"robot/{thing}/state", *blueprints):
+                files.append(os.path.join(folder, f"{len(files)}.ttl"))
                 with open(files[-1], "w") as file:
-                    file.write(self.get(f"robot/{thing}/{part}").expect(200).body)
+                    file.write(self.get(part).expect(200).body)
             report = subprocess.run([validator, *files, "--format", "text"], capture_output=True, text=True, check=False)
             assert report.returncode == 0, report.stdout + report.stderr
 
