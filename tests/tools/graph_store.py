@@ -18,6 +18,7 @@ class GraphStore:
 
         class Handler(http.server.BaseHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
+            disable_nagle_algorithm = True  # else each body waits 40 ms for the acknowledgement of its header
 
             def name(self):
                 with store.lock:
