@@ -17,7 +17,7 @@ inline namespace v0 {
 ///
 /// Everybody who may read `/` sees it.
 /// @par Threads  Distinct objects: any thread.
-struct Identity {
+struct LRT_API Identity {
   /// An absolute IRI that stays for the life of the robot: "https://robots.example/r7", "urn:uuid:...". Nothing has to be
   /// served there. Empty: there is no identity, and the other members are empty, too.
   std::string iri;
@@ -31,11 +31,11 @@ struct Identity {
   /// `model`, `manufacturer`, `softwareVersion` and `build`, each a text. All but `iri` may be absent.
   /// @par Errors  io_error: it cannot be read; invalid_option: it is not such an object, with the member and what was
   ///              found
-  LRT_API static Result<Identity> from_file(const std::string& path);
+  static Result<Identity> from_file(const std::string& path);
 
   /// A short name for topics and labels: the fragment of the IRI, or the last part of its path, "r7". Of
   /// "https://r7.example/" it is the host. Empty without an IRI.
-  LRT_API std::string name() const;
+  std::string name() const;
 };
 
 }  // namespace v0

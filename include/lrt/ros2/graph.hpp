@@ -128,7 +128,7 @@ struct NodeInfo {
 };
 
 /// Who is there at one time. Each list is in order of the names. This graph's own node and endpoints are not in it.
-struct GraphSnapshot {
+struct LRT_API GraphSnapshot {
   std::uint64_t version = 0;            ///< grows with each change
   std::vector<NodeInfo> nodes{};        ///< that ros_discovery_info names
   std::vector<Topic> topics{};          ///< without those of services and actions, and without ros_discovery_info
@@ -137,10 +137,10 @@ struct GraphSnapshot {
 
   /// @{
   /// By name; nullptr: it is not there. Valid as long as the snapshot.
-  LRT_API const Topic* topic(std::string_view name) const noexcept;
-  LRT_API const ServiceInfo* service(std::string_view name) const noexcept;
-  LRT_API const ActionInfo* action(std::string_view name) const noexcept;
-  LRT_API const NodeInfo* node(std::string_view name) const noexcept;
+  const Topic* topic(std::string_view name) const noexcept;
+  const ServiceInfo* service(std::string_view name) const noexcept;
+  const ActionInfo* action(std::string_view name) const noexcept;
+  const NodeInfo* node(std::string_view name) const noexcept;
   /// @}
 };
 

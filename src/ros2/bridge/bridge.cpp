@@ -10,7 +10,7 @@
 namespace lrt::ros2 {
 inline namespace v0 {
 
-class Bridge::Impl {
+class LRT_LOCAL Bridge::Impl {
  public:
   Impl(Server& server, Options options, Graph graph, Definitions definitions)
       : definitions_(std::move(definitions)),

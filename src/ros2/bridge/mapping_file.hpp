@@ -19,7 +19,7 @@ constexpr std::size_t max_rules = 10'000;
 /// parameter. Other tables are others' and are not looked at. The format is in docs/ros2.md.
 /// @param name  of the file, which begins the messages; may be empty
 /// @par Errors  expected_value, with line and column: no TOML, an unknown key, a value of another type; out_of_range; limit_exceeded
-LRT_API Result<Options> options_from_toml(std::string_view text, std::string_view name);
+LRT_INTERNAL_API Result<Options> options_from_toml(std::string_view text, std::string_view name);
 
 /// @{
 /// The rules of a mapping.

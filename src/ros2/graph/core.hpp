@@ -36,7 +36,7 @@ inline TimePoint deadline_after(std::chrono::milliseconds timeout) {
 }
 
 /// A subscription. Its reader is made and removed without `mutex`, because DDS holds a lock of the reader while it calls received().
-struct Subscription::State final : dds::EndpointEvents {
+struct LRT_LOCAL Subscription::State final : dds::EndpointEvents {
   std::weak_ptr<GraphCore> core{};
   std::string topic{}, type{};
   SubscribeOptions options{};
@@ -60,7 +60,7 @@ struct Subscription::State final : dds::EndpointEvents {
   void end();
 };
 
-struct Publisher::State {
+struct LRT_LOCAL Publisher::State {
   std::weak_ptr<GraphCore> core{};
   std::size_t max_bytes = 0;
   mutable std::shared_mutex mutex{};      ///< protects `writer`; publishing shares it
@@ -68,7 +68,7 @@ struct Publisher::State {
 };
 
 /// A call, or a chain of calls with one handle.
-struct Call::State {
+struct LRT_LOCAL Call::State {
   std::weak_ptr<GraphCore> core{};
   std::recursive_mutex mutex{};  ///< held while the callback runs
   bool alive = true;
@@ -84,7 +84,7 @@ struct Call::State {
   void end();  ///< the handle goes
 };
 
-struct Goal::State {
+struct LRT_LOCAL Goal::State {
   std::weak_ptr<GraphCore> core{};
   std::array<char, 16> id{};
   std::string action{}, type{}, request{};
@@ -251,7 +251,7 @@ class GraphCore final : public std::enable_shared_from_this<GraphCore>, private 
   /// @}
 };
 
-class Graph::Impl {
+class LRT_LOCAL Graph::Impl {
  public:
   explicit Impl(GraphOptions options) : core(std::make_shared<GraphCore>(std::move(options))) {}
   ~Impl() {
