@@ -17,7 +17,7 @@ namespace lrt::model {
 inline namespace v0 {
 
 /// A store of the host that has the content of a graph, of which the graph shows what was last read: GraphState::show(). A write of a client goes to the
-/// store first. docs/decisions/0089-models-of-redland.md
+/// store first. docs/decisions/0087-models-of-redland.md
 ///
 /// @par Threads  Any. write() waits for the thread that owns the store; the others do not.
 class HostStore {
