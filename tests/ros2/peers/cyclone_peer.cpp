@@ -420,7 +420,7 @@ int main(int argc, char** argv) {
       const std::string line = input.substr(0, end);
       input.erase(0, end + 1);
       if (!obey(line)) {
-        dds_delete(participant);
+        dds_delete(DDS_CYCLONEDDS_HANDLE);  // waits until others have been told
         return 0;
       }
     }
