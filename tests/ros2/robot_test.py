@@ -347,7 +347,7 @@ def broker(folder):
         with open(identity, "w", encoding="utf-8") as file:
             json.dump({"iri": "https://robots.example/picker", "model": "Simulated"}, file)
         with Gateway("--mqtt", "127.0.0.1:%d" % port, "--identity", identity) as gateway:
-            assert gateway.get("/")[1]["identity"] == "https://robots.example/picker"
+            assert gateway.get("/")[1]["identity"]["iri"] == "https://robots.example/picker"
             watch = ["mosquitto_sub", "-V", "5", "-p", str(port), "-t", "robots/picker/odom/value", "-C", "1", "-W", str(PATIENCE)]
             # The first may be null: no sample has come yet.
             until(lambda: "position" in subprocess.run(watch, capture_output=True, text=True, check=False).stdout, "the odometry at the broker")
