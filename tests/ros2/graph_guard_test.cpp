@@ -32,6 +32,12 @@ std::string fragment(const Prefix& from, std::uint32_t total, unsigned size, std
                                      std::string(size, 'x'));
 }
 
+/// What a reader of this participant sends.
+std::string acknowledgement(std::uint32_t reader, const Prefix& to, std::uint32_t writer, std::uint32_t missing) {
+  return head(prefix(0xff)) + submessage(0x0e, 1, text(to)) +
+         submessage(0x06, 1, be32(reader) + be32(writer) + le32(0) + le32(missing) + le32(0) + le32(1));
+}
+
 struct Judge {
   Guard guard;
   std::string changed{};
@@ -158,12 +164,61 @@ TEST_CASE("one packet cannot make Fast DDS count for hours", "[ros2][guard]") {
   const auto gap = [](std::uint32_t high, std::uint32_t low) {
     return head(prefix(1)) + submessage(0x08, 1, be32(0) + be32(0x103) + le32(0) + le32(1) + le32(high) + le32(low) + le32(0));
   };
+  const auto end_of_gap = [&] { return judge.changed.substr(40, 8); };
   CHECK(judge(gap(0, 5)) == V::pass);
-  CHECK(judge(gap(0, 50'000'000)) == V::pass);  // a reader that comes late
-  CHECK(judge(gap(1, 0)) == V::drop);
-  CHECK(judge(gap(0, 100'000'000)) == V::drop);  // one after the other
+  // A reader that comes late to a fast topic: a part passes, the rest is requested again.
+  CHECK(judge(gap(0, 50'000'000)) == V::changed);
+  CHECK(end_of_gap() == le32(0) + le32(1 + (1U << 20)));
+  judge.guard.acknowledged(acknowledgement(0x107, prefix(1), 0x103, 1 + (1U << 20)));
+  CHECK(judge(gap(0, 50'000'000)) == V::changed);
+  CHECK(end_of_gap() == le32(0) + le32(1 + (2U << 20)));
+  bool is_refused = false;  // each number is a step: not without end
+  for (int i = 0; i < 20 && !is_refused; ++i) is_refused = judge(gap(1, 0)) == V::drop;
+  CHECK(is_refused);
   CHECK(judge(gap(0, 0)) == V::drop);
-  CHECK(judge(gap(0, 6)) == V::pass);
+  CHECK(judge(gap(0, 6)) != V::drop);
+}
+
+TEST_CASE("numbers behind a missing one are limited, and pass again when it has come", "[ros2][guard]") {
+  Judge judge;
+  judge(participant(prefix(1)));
+  const auto gap = [](std::uint32_t first, std::uint32_t end) {
+    return head(prefix(1)) + submessage(0x08, 1, be32(0) + be32(0x103) + le32(0) + le32(first) + le32(0) + le32(end) + le32(0));
+  };
+  const auto passes = [&](const std::string& packet) {
+    const V verdict = judge(packet);
+    return verdict == V::pass || (verdict == V::changed && judge.changed[20] == packet[20]);
+  };
+  judge.guard.acknowledged(acknowledgement(0x107, prefix(1), 0x103, 2));
+  CHECK(passes(gap(3, 200)));  // as many as are requested at a time
+  CHECK_FALSE(passes(gap(3, 60'000'000)));
+  CHECK(passes(gap(1'000, 1'900)));
+  CHECK_FALSE(passes(gap(5'000, 5'900)));  // together more than 1,024
+  judge.guard.acknowledged(acknowledgement(0x107, prefix(1), 0x103, 1'900));
+  CHECK(passes(gap(5'000, 5'900)));
+  CHECK(passes(gap(1'900, 60'000'000)));  // in a row
+  // What is there is not counted again, whatever a heartbeat has made of it.
+  judge.guard.acknowledged(acknowledgement(0x107, prefix(1), 0x103, 4'000'000'000));
+  CHECK_FALSE(passes(gap(1, 4'000'000'000)));
+  CHECK(judge(gap(1, 4'000'000'005)) == V::changed);
+  CHECK(judge.changed.substr(32, 8) == le32(0) + le32(4'000'000'000));
+  // An announcement waits for the one before, also if it is of a known endpoint.
+  const auto announcement = [](std::uint32_t number) {
+    return head(prefix(1)) + data(0x000003c2, number,
+                                  std::string("\0\3\0\0", 4) + parameter(0x5a, text(prefix(1)) + be32(0x703)) + parameter(0x05, name("rt/a")) +
+                                      parameter(0x07, name("t")) + end());
+  };
+  judge.guard.acknowledged(acknowledgement(0x3c7, prefix(1), 0x3c2, 1));
+  std::size_t passed = 0;
+  for (std::uint32_t number = 2; number < 6'000; ++number) passed += passes(announcement(number)) ? 1 : 0;
+  CHECK(passed >= 2'048);
+  CHECK(passed < 2'500);
+  CHECK(passes(announcement(1)));
+  judge.guard.acknowledged(acknowledgement(0x3c7, prefix(1), 0x3c2, 2'400));
+  CHECK(passes(announcement(2'400)));
+  CHECK(passes(announcement(4'000)));
+  judge.guard.participant_gone(prefix(1));
+  judge.guard.acknowledged(std::string(60, '\xff'));
 }
 
 TEST_CASE("addresses that are not allowed are not heard", "[ros2][guard]") {

@@ -144,6 +144,7 @@ class GuardedTransport final : public transport::ChainingTransport {
   }
   bool send(rtps::SenderResource* resource, Buffers buffers, std::uint32_t size, rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
             const std::chrono::steady_clock::time_point& timeout) override {
+    if (size <= 512) acknowledge(buffers, size);
     if (guard_->is_watching()) keep(buffers, size, *begin, *end);
     if (guard_->allowed().empty()) return resource->send(buffers, size, begin, end, timeout);
     // Announcements of strangers name addresses: nothing is sent to those that are not allowed.
@@ -177,15 +178,27 @@ class GuardedTransport final : public transport::ChainingTransport {
   }
 
  private:
-  /// Keeps a packet with a heartbeat: it may have to be sent again.
-  void keep(Buffers buffers, std::uint32_t size, const rtps::LocatorsIterator& begin, const rtps::LocatorsIterator& end) {
-    if (size < 52 || size > 200) return;  // heartbeats travel alone
+  static std::string whole(Buffers buffers, [[maybe_unused]] std::uint32_t size) {
     std::string packet;
 #if LRT_FASTDDS_3
     for (const transport::NetworkBuffer& buffer : buffers) packet.append(static_cast<const char*>(buffer.buffer), buffer.size);
 #else
     packet.assign(reinterpret_cast<const char*>(buffers), size);
 #endif
+    return packet;
+  }
+  /// Acknowledgements travel alone, or a few together.
+  void acknowledge(Buffers buffers, std::uint32_t size) {
+#if LRT_FASTDDS_3
+    guard_->acknowledged(whole(buffers, size));
+#else
+    guard_->acknowledged(std::string_view(reinterpret_cast<const char*>(buffers), size));
+#endif
+  }
+  /// Keeps a packet with a heartbeat: it may have to be sent again.
+  void keep(Buffers buffers, std::uint32_t size, const rtps::LocatorsIterator& begin, const rtps::LocatorsIterator& end) {
+    if (size < 52 || size > 200) return;  // heartbeats travel alone
+    const std::string packet = whole(buffers, size);
     // The iterators are of one pass: one locator suffices for what is sent to one reader.
     if (!(begin != end)) return;
     const rtps::Locator_t& to = *begin;

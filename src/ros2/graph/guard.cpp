@@ -12,8 +12,12 @@ namespace lrt::ros2 {
 
 namespace {
 
-constexpr std::size_t remembered = 256;                     ///< refused participants and large samples
-constexpr std::chrono::seconds patience{10};                ///< for an announced participant that Fast DDS does not find
+constexpr std::size_t remembered = 256;       ///< refused participants and large samples
+constexpr std::chrono::seconds patience{10};  ///< for an announced participant that Fast DDS does not find
+/// Numbers behind a missing one that pass anyway (a request has 256), and what a reader may keep of a writer beyond that.
+constexpr std::uint64_t near = 256, most_of_gaps = 1'024, most_of_announcements = 2'048;
+constexpr std::uint64_t longest_gap = 1U << 20;             ///< numbers; the rest is requested again
+constexpr std::size_t most_readers = 64;                    ///< of one writer, whose progress is known
 constexpr std::uint32_t smallest_fragment = 32;             ///< bytes; known middlewares send more than 1,000
 constexpr std::uint32_t participants_writer = 0x000100c2U;  ///< entity of SPDP
 constexpr std::uint32_t publications_writer = 0x000003c2U;  ///< entities of SEDP
@@ -240,11 +244,16 @@ void Guard::participant_gone(const Prefix& prefix) {
       else ++it;
     }
   }
+  for (auto it = progress_.begin(); it != progress_.end();) {
+    if (prefix_of(it->first) == prefix) it = progress_.erase(it);
+    else ++it;
+  }
   participants_.erase(participant);
 }
 
 void Guard::endpoint_gone(const Gid& gid) {
   const std::lock_guard<std::mutex> lock(mutex_);
+  progress_.erase(gid);
   if (endpoints_.erase(gid) == 0) return;
   const auto participant = participants_.find(prefix_of(gid));
   if (participant != participants_.end() && participant->second.endpoints != 0) --participant->second.endpoints;
@@ -334,7 +343,7 @@ void Guard::count(const Heard& heard) {
 /// Fast DDS takes a step for each number in a gap, with a lock of the reader: one packet could stop it for hours. A reader that comes late to a fast
 /// topic needs a long gap once.
 bool Guard::may_skip(std::uint64_t numbers) {
-  constexpr std::uint64_t most = 1U << 27, each_second = 1U << 23;
+  constexpr std::uint64_t most = 1U << 22, each_second = 1U << 20;
   const std::lock_guard<std::mutex> lock(mutex_);
   const TimePoint now = std::chrono::steady_clock::now();
   if (skips_at_ != TimePoint{}) {
@@ -344,6 +353,66 @@ bool Guard::may_skip(std::uint64_t numbers) {
   skips_at_ = now;
   if (numbers > skips_) return false;
   skips_ -= numbers;
+  return true;
+}
+
+/// @pre  locked
+Guard::Progress* Guard::progress_of(const Gid& writer, std::uint32_t reader) {
+  const auto known = progress_.find(writer);
+  if (known == progress_.end()) return nullptr;
+  Progress* found = nullptr;
+  for (Progress& one : known->second)
+    if ((reader == 0 || one.reader == reader) && (found == nullptr || one.missing < found->missing)) found = &one;
+  return found;
+}
+
+void Guard::acknowledged(std::string_view packet) {
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(packet.data());
+  Gid writer{};
+  for (std::size_t at = 20; at + 4 <= packet.size();) {
+    const bool little = (bytes[at + 1] & 1U) != 0;
+    std::size_t length = u16(bytes + at + 2, little);
+    if (length == 0 && bytes[at] != id_pad && bytes[at] != id_info_ts) length = packet.size() - at - 4;
+    if (at + 4 + length > packet.size()) return;
+    if (bytes[at] == id_info_dst && length >= 12) std::memcpy(writer.bytes.data(), bytes + at + 4, 12);
+    if (bytes[at] == id_acknack && length >= 24) {
+      std::memcpy(writer.bytes.data() + 12, bytes + at + 8, 4);
+      const std::uint32_t reader = entity(bytes + at + 4);
+      const std::uint64_t missing = std::max<std::uint64_t>(u64(bytes + at + 12, little), 1);
+      const std::lock_guard<std::mutex> lock(mutex_);
+      if (participants_.count(prefix_of(writer)) != 0) {
+        Progress* progress = progress_of(writer, reader);
+        if (progress == nullptr) {
+          std::vector<Progress>& all = progress_[writer];
+          if (all.size() >= most_readers) all.erase(all.begin());
+          all.push_back(Progress{reader, 1, 0});
+          progress = &all.back();
+        }
+        if (missing > progress->missing) {
+          progress->kept -= std::min(progress->kept, missing - progress->missing);
+          progress->missing = missing;
+        }
+      }
+    }
+    at += 4 + length;
+  }
+}
+
+std::uint64_t Guard::missing(const Gid& writer, std::uint32_t reader) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const Progress* const progress = progress_of(writer, reader);
+  return progress == nullptr ? 0 : progress->missing;
+}
+
+/// Whether a reader may be given the numbers from `begin` to before `end`. Without a reader that acknowledges, nobody keeps them.
+bool Guard::may_keep(const Gid& writer, std::uint32_t reader, std::uint64_t begin, std::uint64_t end, std::uint64_t most) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  Progress* const progress = progress_of(writer, reader);
+  if (progress == nullptr) return end - begin <= near;
+  if (end <= progress->missing + near) return true;
+  const std::uint64_t numbers = end - std::max(begin, progress->missing);
+  if (numbers > most || progress->kept + numbers > most) return false;
+  progress->kept += numbers;
   return true;
 }
 
@@ -473,11 +542,18 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
     if (length == 0 && id != id_pad && id != id_info_ts) length = packet.size() - begin;  // the last one may be longer than 64 KiB
     if (begin + length > packet.size() || (length % 4 != 0 && begin + length != packet.size())) return malformed();
     const unsigned char* const body = bytes + begin;
+    const auto gid_of = [&](const unsigned char* its_entity) {
+      Gid gid{};
+      std::memcpy(gid.bytes.data(), prefix.data(), prefix.size());
+      std::memcpy(gid.bytes.data() + 12, its_entity, 4);
+      return gid;
+    };
     // Left out: a gap where a reliable reader waits for the sample, else padding.
     const auto leave_out = [&](bool reliable) {
       copy();
       unsigned char* const to = writable(changed, begin);
-      if (reliable && length >= 28) {
+      if (reliable && length >= 28 &&
+          may_keep(gid_of(body + 8), entity(body + 4), u64(body + 12, little), u64(body + 12, little) + 1, most_of_gaps)) {
         writable(changed, at)[0] = id_gap;
         writable(changed, at)[1] = little ? 1 : 0;
         const std::uint64_t sequence = u64(body + 12, little);
@@ -503,9 +579,32 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
       case id_gap:
         if (!admitted) return Verdict::drop;  // and has no part of what may be skipped
         if (length < 28 || !is_set(body, length, 24, little)) return malformed();
-        if (u64(body + 8, little) == 0 || u64(body + 16, little) < u64(body + 8, little) || u64(body + 16, little) >> 63 != 0 ||
-            !may_skip(u64(body + 16, little) - u64(body + 8, little)))
-          return malformed();
+        {
+          const std::uint64_t first = u64(body + 8, little), last = u64(body + 16, little);  // the last one and the bits behind it
+          if (first == 0 || last < first || last >> 62 != 0) return malformed();
+          const Gid writer = gid_of(body + 4);
+          const std::uint64_t next = std::max<std::uint64_t>(missing(writer, entity(body)), 1);
+          const auto put = [&](std::size_t place, std::uint64_t number) {
+            copy();
+            put32(writable(changed, begin + place), static_cast<std::uint32_t>(number >> 32), little);
+            put32(writable(changed, begin + place + 4), static_cast<std::uint32_t>(number), little);
+          };
+          if (last + u32(body + 24, little) <= next) {  // nothing new, and Fast DDS would take a step for each number
+            copy();
+            writable(changed, at)[0] = 0x80;  // of a vendor: ignored
+          } else if (first <= next) {         // nothing is kept
+            const std::uint64_t end = std::min(last, next + longest_gap);
+            if (!may_skip(end - std::min(next, end))) return malformed();
+            if (first != std::min(next, end)) put(8, std::min(next, end));
+            if (end != last) {
+              put(16, end);
+              put32(writable(changed, begin + 24), 0, little);
+            }
+          } else if (!may_keep(writer, entity(body), first, last + u32(body + 24, little), most_of_gaps)) {
+            copy();
+            writable(changed, at)[0] = 0x80;
+          }
+        }
         break;
       case id_nack_frag:
         if (!is_set(body, length, 20, little) || length < 28) return malformed();
@@ -587,6 +686,8 @@ Guard::Verdict Guard::judge(std::string_view packet, std::uint32_t from, std::st
           if (verdict == Verdict::drop) {
             if (of_participants) return Verdict::drop;
             leave_out(true);
+          } else if (of_endpoints && !may_keep(gid, entity(body + 4), sequence, sequence + 1, most_of_announcements)) {
+            leave_out(false);
           } else if (verdict != Verdict::pass) {
             copy();
             if (verdict == Verdict::rekeyed) changed[at + 1] = static_cast<char>((flags & ~0x0cU) | 2U);  // inline QoS only

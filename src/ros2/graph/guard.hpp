@@ -56,6 +56,8 @@ class AddressList {
 /// - Announcements of endpoints beyond the limits, and samples that are too large, become gaps (RTPS 8.3.7.4): their reliable
 ///   writers do not repeat them, and what comes after them is delivered.
 /// - Of announcements only what ROS 2 needs passes: type objects, properties, data sharing and long user data become padding.
+/// - What a reader would keep because a number before it is missing is limited: Fast DDS keeps each number of a gap and each announcement, without end.
+///   The readers' own acknowledgements say what is missing. What is left out is requested again when it is not.
 ///
 /// @par Threads  Any.
 /// @par Time     Samples: one pass over the headers, one look-up. Does not allocate for them.
@@ -108,6 +110,8 @@ class Guard {
   bool is_watching() const noexcept { return watched_.load(std::memory_order_relaxed) != 0; }
   /// Heartbeats that readers ask for in a way that Fast DDS does not respond to (Cyclone: from 1 on, nothing missing).
   std::vector<Heartbeat> wanted_heartbeats(std::string_view packet);
+  /// A packet that Fast DDS sends. Acknowledgements of its readers say up to which number all is there.
+  void acknowledged(std::string_view packet);
   /// What judge() has heard counts from now on: Fast DDS has processed it and, for example, sent the heartbeat that was requested.
   void count(const Heard& heard);
   /// @}
@@ -130,6 +134,9 @@ class Guard {
   bool admit_endpoint(const Gid& gid);
   Verdict judge_announcement(const Submessage& submessage, bool of_participant, const Prefix& from, std::string& body);
   bool may_skip(std::uint64_t numbers);
+  /// The first number that a reader of a writer is missing; reader 0: any of them. 0: none of them has acknowledged anything.
+  std::uint64_t missing(const Gid& writer, std::uint32_t reader);
+  bool may_keep(const Gid& writer, std::uint32_t reader, std::uint64_t begin, std::uint64_t end, std::uint64_t most);
   bool is_large(const Gid& writer, std::uint64_t sequence);
 
   const GraphLimits limits_;
@@ -139,10 +146,18 @@ class Guard {
   Prefix own_{};
   std::unordered_map<Prefix, Participant, GidHash> participants_;
   std::unordered_set<Gid, GidHash> endpoints_;
-  std::uint64_t skips_ = 1U << 27;  ///< numbers of samples that gaps may skip now
+  std::uint64_t skips_ = 1U << 22;  ///< numbers of samples that gaps may skip now
   TimePoint skips_at_{};
   std::deque<Prefix> refused_;  ///< the last ones, so that each is counted once
   std::deque<std::pair<Gid, std::uint64_t>> large_;
+  /// How far a reader of this participant is with a writer.
+  struct Progress {
+    std::uint32_t reader = 0;
+    std::uint64_t missing = 1;  ///< it has all numbers before
+    std::uint64_t kept = 0;     ///< numbers behind that may have been kept, at most
+  };
+  Progress* progress_of(const Gid& writer, std::uint32_t reader);
+  std::unordered_map<Gid, std::vector<Progress>, GidHash> progress_;  ///< by writer; of writers that a reader has acknowledged
   struct Watch {
     UniqueFunction<void()> told;
     std::unordered_set<Gid, GidHash> heard;
