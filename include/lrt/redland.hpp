@@ -35,7 +35,7 @@
 /// |---|---|
 /// | an absolute URI, a blank node, a literal of well-formed UTF-8 | the same |
 /// | a plain literal; one of xsd:string | the same literal of xsd:string: RDF 1.1 knows one |
-/// | "x"@en-US; "x"@en-us | the same literal of `en-us` |
+/// | `"x"@en-US`; `"x"@en-us` | the same literal of `en-us` |
 /// | a relative URI; a language that is no tag; ill-formed UTF-8; an IRI of more than 8,192 bytes | left out and counted, see Options |
 /// | a literal as subject, a blank node or literal as predicate | the same; the storages of Redland refuse them |
 /// | the contexts of a model | the union of all, each statement once; or one of them, see Options::context |

@@ -128,6 +128,7 @@ struct NodeInfo {
 };
 
 /// Who is there at one time. Each list is in order of the names. This graph's own node and endpoints are not in it.
+/// @par Threads  Distinct objects: any thread. One that does not change: several threads.
 struct LRT_API GraphSnapshot {
   std::uint64_t version = 0;            ///< grows with each change
   std::vector<NodeInfo> nodes{};        ///< that ros_discovery_info names
