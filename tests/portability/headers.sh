@@ -27,9 +27,11 @@ sysroot=${LRT_SYSROOT:-}
 options=(-fsyntax-only -Iinclude -I. -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Werror)
 if [[ -n $sysroot ]]; then options+=("--sysroot=$sysroot"); fi
 options+=(-isystem "$sysroot/usr/include/eigen3")
+options+=(-isystem "$sysroot/usr/include/raptor2" -isystem "$sysroot/usr/include/rasqal")  # the header of librdf includes them
 left_out=()
 [[ -d $sysroot/usr/include/eigen3 ]] || left_out+=(lrt/eigen.hpp)
 [[ -f $sysroot/usr/include/httplib.h ]] || left_out+=(lrt/httplib.hpp)
+[[ -f $sysroot/usr/include/redland.h ]] || left_out+=(lrt/redland.hpp)
 if ((${#left_out[@]} > 0)); then echo "left out, because their libraries are not installed: ${left_out[*]}"; fi
 
 while IFS= read -r header; do
