@@ -18,6 +18,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include <lrt/base/abi.hpp>
 #include <lrt/base/unique_function.hpp>
 #include <lrt/ros2/graph.hpp>
 
