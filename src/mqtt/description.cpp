@@ -166,7 +166,7 @@ class PageDescriber {
     components.raw(id, out.take());
   }
 
-  std::string discovery(const std::string& path, Id thing, std::string components) const {
+  std::string discovery(const std::string& path, Id thing, const std::string& components) const {
     const std::string topic = robot_.topics.of(path);
     const std::string_view title = text_of(d_, thing, "title");
     Writer device, availability, out;

@@ -275,9 +275,11 @@ bool Model::Impl::work(Clock::time_point until) {
 void Model::Impl::read(Done done) {
   std::string fault;
   std::vector<Done> late;
+  bool waits = false;
   {
     const std::lock_guard lock(mutex_);
-    if (!is_detached_ && !is_stopped_ && options_.reading == Reading::each_time) {
+    waits = !is_detached_ && !is_stopped_ && options_.reading == Reading::each_time;
+    if (waits) {
       // If the host does not poll, most of them have been answered with 503.
       if (readers_.size() >= max_readers) late.swap(readers_);
       readers_.push_back(std::move(done));
@@ -285,7 +287,7 @@ void Model::Impl::read(Done done) {
     }
   }
   for (Done& one : late) one(unexpected(Errc::unavailable, "the robot's program has not read its model in time"));
-  if (!done) return;
+  if (waits) return;
   if (const auto state = state_.lock()) fault = state->fault();
   if (fault.empty()) return done({});
   {
