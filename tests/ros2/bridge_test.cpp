@@ -459,10 +459,10 @@ TEST_CASE("events of nodes that are lost are no values that stay", "[ros2][bridg
   // The bridge's thread is busy, and a stranger sends more than is kept.
   std::vector<Parameter> many(1'000, speed);
   for (Parameter& p : many) p.value = rdf::Value(2.5);
-  for (int i = 0; i < 1'000; ++i) host.graph->parameter_event("/n", many, {});
+  for (int i = 0; i < 200; ++i) host.graph->parameter_event("/n", many, {});
   {
     const std::lock_guard lock(host.core->shared()->mutex);
-    CHECK(host.core->shared()->jobs.size() < 900);
+    CHECK(host.core->shared()->jobs.size() < 150);
     CHECK(host.core->shared()->has_lost_events);
   }
   {

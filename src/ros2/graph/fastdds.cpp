@@ -473,8 +473,8 @@ class FastWriter final : public Writer, private rtps::WriterListener {
 #endif
     if (change == nullptr) return unexpected(Errc::limit_exceeded, "Fast DDS has no memory for a sample of " + std::to_string(size) + " bytes");
     auto& payload = change->serializedPayload;
-    std::memcpy(payload.data, head.data(), head.size());
-    std::memcpy(payload.data + head.size(), body.data(), body.size());
+    std::copy(head.begin(), head.end(), payload.data);
+    std::copy(body.begin(), body.end(), payload.data + head.size());
     payload.length = size;
     payload.encapsulation = payload.data[1] == 0 ? CDR_BE : CDR_LE;
     rtps::WriteParams params;
