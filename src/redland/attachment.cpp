@@ -272,22 +272,23 @@ bool Model::Impl::work(Clock::time_point until) {
 
 // ------------------------------------------------------------------------------------------------------------------ read
 
-void Model::Impl::read(Done done) {
-  std::string fault;
+bool Model::Impl::waits(Done& done) {
   std::vector<Done> late;
-  bool waits = false;
   {
     const std::lock_guard lock(mutex_);
-    waits = !is_detached_ && !is_stopped_ && options_.reading == Reading::each_time;
-    if (waits) {
-      // If the host does not poll, most of them have been answered with 503.
-      if (readers_.size() >= max_readers) late.swap(readers_);
-      readers_.push_back(std::move(done));
-      schedule();
-    }
+    if (is_detached_ || is_stopped_ || options_.reading != Reading::each_time) return false;
+    // If the host does not poll, most of them have been answered with 503.
+    if (readers_.size() >= max_readers) late.swap(readers_);
+    readers_.push_back(std::move(done));
+    schedule();
   }
   for (Done& one : late) one(unexpected(Errc::unavailable, "the robot's program has not read its model in time"));
-  if (waits) return;
+  return true;
+}
+
+void Model::Impl::read(Done done) {
+  if (waits(done)) return;
+  std::string fault;
   if (const auto state = state_.lock()) fault = state->fault();
   if (fault.empty()) return done({});
   {

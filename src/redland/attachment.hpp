@@ -99,6 +99,8 @@ class LRT_LOCAL Model::Impl final : public lrt::model::HostStore, public std::en
   void read_ended(GraphState& state, const std::string& fault);
   void drop_read() noexcept;
 
+  /// Takes a reader that waits until the owner's thread has read. False: it need not wait.
+  bool waits(Done& done);
   void carry_out(GraphState& state, Write& write);
   std::optional<GraphRefusal> make_change(Write& write) const;
   std::optional<GraphRefusal> try_write(GraphState& state, Write& write);
