@@ -243,7 +243,7 @@ TEST_CASE("an action is an Action with progress, feedback and cancel", "[ros2][b
   }
   SECTION("is cancelled") {
     CHECK(host.ask("DELETE " + invocation).status / 100 == 2);
-    CHECK(comes_true([&] { return goal->is_cancelled; }));
+    CHECK(comes_true([&] { return goal->is_cancelled.load(); }));
     goal->events.ended(std::make_shared<const std::string>(Cdr().u8(5).f64(1).text("").take()), ros2::GoalStatus::canceled);
     CHECK(host.comes(invocation, "cancelled"));
   }

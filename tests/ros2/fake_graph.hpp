@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -40,7 +41,7 @@ class FakeGraph final : public ros2::Port {
   struct Goal {
     std::string action, type, request;
     ros2::GoalEvents events;
-    bool is_cancelled = false;
+    std::atomic<bool> is_cancelled{false};
   };
 
   // --- what the test says
@@ -198,7 +199,11 @@ class FakeGraph final : public ros2::Port {
       }
       std::weak_ptr<Goal> goal;
     };
-    auto made = std::make_shared<Goal>(Goal{std::string(action), std::string(type), std::string(request), std::move(events)});
+    auto made = std::make_shared<Goal>();
+    made->action = action;
+    made->type = type;
+    made->request = request;
+    made->events = std::move(events);
     const std::lock_guard lock(mutex);
     goals_.push_back(made);
     return std::shared_ptr<ros2::SentGoal>(std::make_shared<Sent>(made));
