@@ -144,6 +144,15 @@ TEST_CASE("a mapping in Turtle says the same", "[ros2][mapping]") {
   CHECK(matching(mapping.rules(), Rule::Of::type, "demo/msg/Odd").at(0)->fields.at("mode").enumerators.size() == 2);
 }
 
+TEST_CASE("the header of a table without a key is refused in each build", "[ros2][mapping]") {
+  for (const char* text : {"[@prefix : <hh]ttps", "[[@a]]", "[=]", "[#", "[\n"}) {
+    CAPTURE(text);
+    const Result<ros2::Options> read = options_from_toml(text, "robot.toml");
+    REQUIRE_FALSE(read);
+    CHECK(read.error().message.find("line 1") != std::string::npos);
+  }
+}
+
 TEST_CASE("a file of options is read, and says what is wrong with line and column", "[ros2][mapping]") {
   const ros2::Options options = options_from_toml(R"(
 [server]
