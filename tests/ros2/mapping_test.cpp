@@ -144,13 +144,20 @@ TEST_CASE("a mapping in Turtle says the same", "[ros2][mapping]") {
   CHECK(matching(mapping.rules(), Rule::Of::type, "demo/msg/Odd").at(0)->fields.at("mode").enumerators.size() == 2);
 }
 
-TEST_CASE("the header of a table without a key is refused in each build", "[ros2][mapping]") {
-  for (const char* text : {"[@prefix : <hh]ttps", "[[@a]]", "[=]", "[#", "[\n"}) {
+TEST_CASE("what toml++ does not define is refused in each build", "[ros2][mapping]") {
+  for (const char* text :
+       {"[@prefix : <hh]ttps", "[[@a]]", "[=]", "[#", "[\n", "title\xc3\xa4 = 1", "a = 1 \xc3\xa4", "a = \"\"\"b \\  \xc3\xa4\"\"\""}) {
     CAPTURE(text);
     const Result<ros2::Options> read = options_from_toml(text, "robot.toml");
     REQUIRE_FALSE(read);
     CHECK(read.error().message.find("line 1") != std::string::npos);
   }
+}
+
+TEST_CASE("texts and comments of TOML have any characters", "[ros2][mapping]") {
+  CHECK(Mapping().add("\xef\xbb\xbf# \xc3\xa4 \"\n[[topic]]\nname = \"/a\"  # '\xc3\xa4\ntitle = \"R\xc3\xa4der \\\" '\"\n", "application/toml"));
+  CHECK(Mapping().add("[[topic]]\nname = '/a'\ntitle = \"\"\"\xc3\xa4 \"\" \xc3\xa4\"\"\"\"\"\n", "application/toml"));
+  CHECK(Mapping().add("[[topic]]\nname = '/a'\ntitle = '''\xc3\xa4 \\'''\n", "application/toml"));
 }
 
 TEST_CASE("a file of options is read, and says what is wrong with line and column", "[ros2][mapping]") {

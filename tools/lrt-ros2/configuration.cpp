@@ -19,6 +19,7 @@
 #pragma pop_macro("NDEBUG")
 
 #include "src/ros2/bridge/mapping_file.hpp"
+#include "src/ros2/bridge/toml_text.hpp"
 #include "tools/lrt-ros2/settings.hpp"
 #include "tools/lrt/suggest.hpp"
 #include "tools/lrt/terminal.hpp"
@@ -106,6 +107,11 @@ Result<Configuration> read_configuration(const std::string& file, Settings& s, c
   Configuration result;
   result.name = file;
   const Place place{file};
+  if (const auto stray = ros2::stray_character(text)) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*stray), '\n');
+    return unexpected(Errc::expected_value,
+                      tool::printable(file) + ':' + std::to_string(line) + ": a character outside of ASCII is in strings and comments only");
+  }
   const toml::parse_result parsed = toml::parse(text, file);
   if (!parsed) return place.wrong(parsed.error().source(), tool::printable(parsed.error().description()));
   const toml::table& root = parsed.table();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/ros2/bridge/mapping_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
@@ -18,6 +19,7 @@
 #pragma pop_macro("NDEBUG")
 
 #include "src/base/quote.hpp"
+#include "src/ros2/bridge/toml_text.hpp"
 #include "src/ros2/bridge/units.hpp"
 
 namespace lrt::ros2 {
@@ -38,6 +40,15 @@ std::string fault_of_rule(const Rule& rule) {
 namespace {
 
 using std::chrono::milliseconds;
+
+toml::source_region place_of(std::string_view text, std::size_t at) {
+  const std::string_view before = text.substr(0, at);
+  const std::size_t line_begin = before.rfind('\n') + 1;  // 0 if there is none
+  toml::source_region place;
+  place.begin.line = static_cast<toml::source_index>(1 + std::count(before.begin(), before.end(), '\n'));
+  place.begin.column = static_cast<toml::source_index>(1 + at - line_begin);
+  return place;
+}
 
 /// Reads tables and keeps the first error.
 class Reader {
@@ -62,6 +73,10 @@ class Reader {
     if (text.size() > max_mapping_bytes) {
       error_ = Error{Errc::limit_exceeded,
                      std::string(name_) + (name_.empty() ? "" : ": ") + "the file has more than " + std::to_string(max_mapping_bytes) + " bytes"};
+      return std::nullopt;
+    }
+    if (const auto stray = stray_character(text)) {
+      fail(place_of(text, *stray), "a character outside of ASCII is in strings and comments only");
       return std::nullopt;
     }
     toml::parse_result parsed = toml::parse(text);
