@@ -145,8 +145,8 @@ TEST_CASE("a mapping in Turtle says the same", "[ros2][mapping]") {
 }
 
 TEST_CASE("what toml++ does not define is refused in each build", "[ros2][mapping]") {
-  for (const char* text :
-       {"[@prefix : <hh]ttps", "[[@a]]", "[=]", "[#", "[\n", "title\xc3\xa4 = 1", "a = 1 \xc3\xa4", "a = \"\"\"b \\  \xc3\xa4\"\"\""}) {
+  for (const char* text : {"[@prefix : <hh]ttps", "[[@a]]", "[=]", "[#", "[\n", "title\xc3\xa4 = 1", "a = 1 \xc3\xa4", "a = \"\\\xc3\xa4\"",
+                           "a = '\xc3\xa4'", "a = -\"R\xc3\xa4\" }", "# \xff"}) {
     CAPTURE(text);
     const Result<ros2::Options> read = options_from_toml(text, "robot.toml");
     REQUIRE_FALSE(read);
@@ -155,9 +155,15 @@ TEST_CASE("what toml++ does not define is refused in each build", "[ros2][mappin
 }
 
 TEST_CASE("texts and comments of TOML have any characters", "[ros2][mapping]") {
-  CHECK(Mapping().add("\xef\xbb\xbf# \xc3\xa4 \"\n[[topic]]\nname = \"/a\"  # '\xc3\xa4\ntitle = \"R\xc3\xa4der \\\" '\"\n", "application/toml"));
-  CHECK(Mapping().add("[[topic]]\nname = '/a'\ntitle = \"\"\"\xc3\xa4 \"\" \xc3\xa4\"\"\"\"\"\n", "application/toml"));
-  CHECK(Mapping().add("[[topic]]\nname = '/a'\ntitle = '''\xc3\xa4 \\'''\n", "application/toml"));
+  const auto title = [](const std::string& text) {
+    Mapping mapping;
+    mapping.add("\xef\xbb\xbf# \u00e4 \"\n[[topic]]\nname = '/a'  # '\u00e4\ntitle = " + text + "\n", "application/toml").value();
+    return said_of(mapping.rules(), Rule::Of::topic, "/a", {}).titles.begin()->text;
+  };
+  CHECK(title("\"R\u00e4der \\\" '\"  # \u00e4") == "R\u00e4der \" '");
+  CHECK(title("\"\"\"\u00e4 \"\" \u00e4\"\"\"\"\"") == "\u00e4 \"\" \u00e4\"\"");
+  CHECK(title("\"\"\"a\\\n  \U0001f916\"\"\"") == "a\U0001f916");
+  CHECK(title("'a\\'") == "a\\");
 }
 
 TEST_CASE("a file of options is read, and says what is wrong with line and column", "[ros2][mapping]") {

@@ -107,12 +107,13 @@ Result<Configuration> read_configuration(const std::string& file, Settings& s, c
   Configuration result;
   result.name = file;
   const Place place{file};
-  if (const auto stray = ros2::stray_character(text)) {
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*stray), '\n');
-    return unexpected(Errc::expected_value,
-                      tool::printable(file) + ':' + std::to_string(line) + ": a character outside of ASCII is in strings and comments only");
+  const ros2::AsciiToml ascii = ros2::ascii_toml(text);
+  if (ascii.stray) {
+    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*ascii.stray), '\n');
+    return unexpected(Errc::expected_value, tool::printable(file) + ':' + std::to_string(line) +
+                                                ": a character outside of ASCII is in comments and texts with \"double quotes\" only");
   }
-  const toml::parse_result parsed = toml::parse(text, file);
+  const toml::parse_result parsed = toml::parse(ascii.text, file);
   if (!parsed) return place.wrong(parsed.error().source(), tool::printable(parsed.error().description()));
   const toml::table& root = parsed.table();
 

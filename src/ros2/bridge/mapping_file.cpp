@@ -75,11 +75,12 @@ class Reader {
                      std::string(name_) + (name_.empty() ? "" : ": ") + "the file has more than " + std::to_string(max_mapping_bytes) + " bytes"};
       return std::nullopt;
     }
-    if (const auto stray = stray_character(text)) {
-      fail(place_of(text, *stray), "a character outside of ASCII is in strings and comments only");
+    const AsciiToml ascii = ascii_toml(text);
+    if (ascii.stray) {
+      fail(place_of(text, *ascii.stray), "a character outside of ASCII is in comments and texts with \"double quotes\" only");
       return std::nullopt;
     }
-    toml::parse_result parsed = toml::parse(text);
+    toml::parse_result parsed = toml::parse(ascii.text);
     if (parsed) return std::move(parsed).table();
     fail(parsed.error().source(), std::string(parsed.error().description()));
     return std::nullopt;
