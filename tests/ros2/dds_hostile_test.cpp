@@ -206,10 +206,12 @@ TEST_CASE("a stranger with 10,000 endpoints and long names takes no more than it
       }
     }
   };
-  CHECK(eventually([&] {
-    announce();
-    return graph.counters().refused_endpoints >= 7'000 && graph.counters().endpoints == 3'000;
-  }));
+  CHECK(eventually(
+      [&] {
+        announce();
+        return graph.counters().refused_endpoints >= 7'000 && graph.counters().endpoints == 3'000;
+      },
+      std::chrono::seconds(120)));
   CHECK(graph.counters().endpoints == 3'000);
   // The four have the same names, of which each has at most 1,000.
   CHECK(eventually([&] { return graph.snapshot()->topics.size() >= 750; }));

@@ -16,7 +16,7 @@ constexpr std::size_t remembered = 256;       ///< refused participants and larg
 constexpr std::chrono::seconds patience{10};  ///< for an announced participant that Fast DDS does not find
 /// Numbers behind a missing one that pass anyway (a request has 256), and what a reader may keep of a writer beyond that.
 constexpr std::uint64_t near = 256, most_of_gaps = 1'024, most_of_announcements = 2'048;
-constexpr std::uint64_t longest_gap = 1U << 20;             ///< numbers; the rest is requested again
+constexpr std::uint64_t longest_gap = 1U << 16;             ///< numbers; the rest is requested again
 constexpr std::size_t most_readers = 64;                    ///< of one writer, whose progress is known
 constexpr std::uint32_t smallest_fragment = 32;             ///< bytes; known middlewares send more than 1,000
 constexpr std::uint32_t participants_writer = 0x000100c2U;  ///< entity of SPDP
@@ -343,7 +343,7 @@ void Guard::count(const Heard& heard) {
 /// Fast DDS takes a step for each number in a gap, with a lock of the reader: one packet could stop it for hours. A reader that comes late to a fast
 /// topic needs a long gap once.
 bool Guard::may_skip(std::uint64_t numbers) {
-  constexpr std::uint64_t most = 1U << 22, each_second = 1U << 20;
+  constexpr std::uint64_t most = 1U << 20, each_second = 1U << 18;
   const std::lock_guard<std::mutex> lock(mutex_);
   const TimePoint now = std::chrono::steady_clock::now();
   if (skips_at_ != TimePoint{}) {

@@ -146,7 +146,7 @@ class Guard {
   Prefix own_{};
   std::unordered_map<Prefix, Participant, GidHash> participants_;
   std::unordered_set<Gid, GidHash> endpoints_;
-  std::uint64_t skips_ = 1U << 22;  ///< numbers of samples that gaps may skip now
+  std::uint64_t skips_ = 1U << 20;  ///< numbers of samples that gaps may skip now
   TimePoint skips_at_{};
   std::deque<Prefix> refused_;  ///< the last ones, so that each is counted once
   std::deque<std::pair<Gid, std::uint64_t>> large_;
