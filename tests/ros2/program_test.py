@@ -83,6 +83,8 @@ def configuration(folder):
         ("[graph]\ndomian = 7\n", "domian"),
         ("[[topic]]\nname = \"/a\"\nunti = \"m\"\n", "unti"),
         ("[server\n", ":1:"),
+        ("[@server]\n", ":1:"),
+        ("[server]\ntitle = 'R\u00e4der'\n", ":2:11: ", "double quotes"),
     ):
         write(text)
         refuses(["--config", path], *([path] if parts[0].startswith(":") else []), *parts)

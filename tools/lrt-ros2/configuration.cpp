@@ -7,19 +7,8 @@
 #include <sstream>
 #include <vector>
 
-// As in src/ros2/bridge: the two are linked into one program.
-#define TOML_EXCEPTIONS 0
-#define TOML_ENABLE_FORMATTERS 0
-// toml++ 3.3 asserts that the header of a table begins with a key before it has looked, and with NDEBUG it assumes so: "[@" would end the program, or
-// be undefined. Its own check behind it reports the fault.
-#pragma push_macro("NDEBUG")
-#undef NDEBUG
-#define TOML_ASSERT(expr) static_cast<void>(0)
-#include <toml++/toml.h>
-#pragma pop_macro("NDEBUG")
-
 #include "src/ros2/bridge/mapping_file.hpp"
-#include "src/ros2/bridge/toml_text.hpp"
+#include "src/ros2/bridge/toml.hpp"
 #include "tools/lrt-ros2/settings.hpp"
 #include "tools/lrt/suggest.hpp"
 #include "tools/lrt/terminal.hpp"
@@ -107,13 +96,7 @@ Result<Configuration> read_configuration(const std::string& file, Settings& s, c
   Configuration result;
   result.name = file;
   const Place place{file};
-  const ros2::AsciiToml ascii = ros2::ascii_toml(text);
-  if (ascii.stray) {
-    const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(*ascii.stray), '\n');
-    return unexpected(Errc::expected_value, tool::printable(file) + ':' + std::to_string(line) +
-                                                ": a character outside of ASCII is in comments and texts with \"double quotes\" only");
-  }
-  const toml::parse_result parsed = toml::parse(ascii.text, file);
+  const toml::parse_result parsed = ros2::parse_toml(text);
   if (!parsed) return place.wrong(parsed.error().source(), tool::printable(parsed.error().description()));
   const toml::table& root = parsed.table();
 

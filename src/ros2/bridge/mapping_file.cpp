@@ -1,25 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "src/ros2/bridge/mapping_file.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <initializer_list>
 #include <limits>
 #include <string>
 #include <utility>
 
-#define TOML_EXCEPTIONS 0
-#define TOML_ENABLE_FORMATTERS 0
-// toml++ 3.3 asserts that the header of a table begins with a key before it has looked, and with NDEBUG it assumes so: "[@" would end the program, or
-// be undefined. Its own check behind it reports the fault.
-#pragma push_macro("NDEBUG")
-#undef NDEBUG
-#define TOML_ASSERT(expr) static_cast<void>(0)
-#include <toml++/toml.h>
-#pragma pop_macro("NDEBUG")
-
 #include "src/base/quote.hpp"
-#include "src/ros2/bridge/toml_text.hpp"
+#include "src/ros2/bridge/toml.hpp"
 #include "src/ros2/bridge/units.hpp"
 
 namespace lrt::ros2 {
@@ -40,15 +29,6 @@ std::string fault_of_rule(const Rule& rule) {
 namespace {
 
 using std::chrono::milliseconds;
-
-toml::source_region place_of(std::string_view text, std::size_t at) {
-  const std::string_view before = text.substr(0, at);
-  const std::size_t line_begin = before.rfind('\n') + 1;  // 0 if there is none
-  toml::source_region place;
-  place.begin.line = static_cast<toml::source_index>(1 + std::count(before.begin(), before.end(), '\n'));
-  place.begin.column = static_cast<toml::source_index>(1 + at - line_begin);
-  return place;
-}
 
 /// Reads tables and keeps the first error.
 class Reader {
@@ -75,12 +55,7 @@ class Reader {
                      std::string(name_) + (name_.empty() ? "" : ": ") + "the file has more than " + std::to_string(max_mapping_bytes) + " bytes"};
       return std::nullopt;
     }
-    const AsciiToml ascii = ascii_toml(text);
-    if (ascii.stray) {
-      fail(place_of(text, *ascii.stray), "a character outside of ASCII is in comments and texts with \"double quotes\" only");
-      return std::nullopt;
-    }
-    toml::parse_result parsed = toml::parse(ascii.text);
+    toml::parse_result parsed = parse_toml(text);
     if (parsed) return std::move(parsed).table();
     fail(parsed.error().source(), std::string(parsed.error().description()));
     return std::nullopt;

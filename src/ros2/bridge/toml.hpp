@@ -1,12 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is done before toml++ reads a text.
+// toml++, which is the same in each source that reads TOML, and what is done before it reads a text.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#define TOML_EXCEPTIONS 0
+#define TOML_ENABLE_FORMATTERS 0
+// toml++ 3.3 asserts that the header of a table begins with a key before it has looked, and with NDEBUG it assumes so: "[@" would end the program, or
+// be undefined. Its own check behind it reports the fault.
+#pragma push_macro("NDEBUG")
+#undef NDEBUG
+#define TOML_ASSERT(expr) static_cast<void>(0)
+#include <toml++/toml.h>
+#pragma pop_macro("NDEBUG")
 
 #include "src/base/utf8.hpp"
 
@@ -63,6 +75,20 @@ inline AsciiToml ascii_toml(std::string_view text) {
     at += length;
   }
   return result;
+}
+
+/// Reads a text. A fault has its place in `text`; where characters outside of ASCII are in the line, the column may be further to the right.
+inline toml::parse_result parse_toml(std::string_view text) {
+  const AsciiToml ascii = ascii_toml(text);
+  if (!ascii.stray) return toml::parse(ascii.text);
+  const std::string_view before = text.substr(0, *ascii.stray);
+  const std::size_t line_begin = before.rfind('\n') + 1;  // 0 if there is none
+  toml::source_position place;
+  place.line = static_cast<toml::source_index>(1 + std::count(before.begin(), before.end(), '\n'));
+  place.column = static_cast<toml::source_index>(1 + before.size() - line_begin);
+  return toml::parse_result(toml::parse_error(
+      utf8::find_invalid(text) ? "the text is not UTF-8" : "a character outside of ASCII is in comments and texts with \"double quotes\" only",
+      place));
 }
 
 }  // namespace lrt::ros2
