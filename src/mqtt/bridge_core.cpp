@@ -59,6 +59,18 @@ milliseconds interval_of(const engine::ObservableResource& resource, const Publi
   return resource.counter ? counter_interval : value_interval;
 }
 
+/// A request to the robot at `base`. It refers to the three texts.
+http::Request request_to(std::string_view base, std::string_view method, std::string_view target) {
+  http::Request request;
+  request.method = method;
+  request.target = target;
+  if (const auto robot = http::split_target(base)) {
+    request.secure = robot->secure;
+    request.fields.push_back({"Host", robot->authority});
+  }
+  return request;
+}
+
 bool is_before(const engine::Meaning& a, const engine::Meaning& b) noexcept {
   return std::tie(a.unit, a.datatype, a.frame) < std::tie(b.unit, b.datatype, b.frame);
 }
@@ -765,12 +777,7 @@ void BridgeCore::request_structure(const std::string& target) {
   are_things_due_ = false;
   things_at_ = now_ + options_.description.minimum_interval;
   const std::string base = feed_.base();
-  const auto own = http::split_target(base);
-  http::Request request;
-  request.method = "GET";
-  request.target = target;
-  request.secure = own && own->secure;
-  if (own) request.fields.push_back({"Host", own->authority});
+  http::Request request = request_to(base, "GET", target);
   request.fields.push_back({"Accept", "application/json"});
   structure_request_ = feed_.send(request, Feed::As::owner);
 }
@@ -844,12 +851,7 @@ void BridgeCore::request_description() {
   is_description_due_ = false;
   description_at_ = now_ + options_.description.minimum_interval;
   const std::string base = feed_.base();
-  const auto target = http::split_target(base);
-  http::Request request;
-  request.method = "GET";
-  request.target = "/all";
-  request.secure = target && target->secure;
-  if (target) request.fields.push_back({"Host", target->authority});
+  http::Request request = request_to(base, "GET", "/all");
   request.fields.push_back({"Accept", options_.description.media_type});
   description_request_ = feed_.send(request, Feed::As::owner);
 }
@@ -944,14 +946,10 @@ void BridgeCore::carry_out(InMessage message) {
   const std::string until = valid_until_of(message);
 
   const std::string base = feed_.base();
-  const auto target = http::split_target(base);
-  http::Request request;
-  request.method = demand->command == Topics::Command::put ? "PUT" : demand->command == Topics::Command::post ? "POST" : "DELETE";
-  request.target = demand->path;
-  request.secure = target && target->secure;
+  const auto method = demand->command == Topics::Command::put ? "PUT" : demand->command == Topics::Command::post ? "POST" : "DELETE";
+  http::Request request = request_to(base, method, demand->path);
   request.body = message.payload;
   request.peer = "mqtt";  // the limits for clients without a principal, and the audit
-  if (target) request.fields.push_back({"Host", target->authority});
   std::string token = bounds.token.empty() ? std::string() : "Bearer " + bounds.token;
   bool accepts = false;
   for (const auto& [name, value] : message.user) {
